@@ -4,7 +4,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -23,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int max_supersample = 8;
 /// dB that twice the rays along a pixel's side give, about (tests/bench/accuracy.mjs).
-constexpr double gain_of_twice = 6.5;
+constexpr double db_per_doubling = 6.5;
 
 template <class Encode>
 V3f display_value(const V4f& pixel, const Encode& encode) {
@@ -36,7 +35,7 @@ V3f display_value(const V4f& pixel) { return display_value(pixel, linear_to_srgb
 
 double decibels(double mean_square) { return -10 * std::log10(std::max(mean_square, 1e-20)); }
 
-/// Squares of the differences to the neighbours left and above, with which errors go.
+/// Squares of the differences to the neighbours left and above, to which errors are proportional.
 double contrast_at(const Frame& frame, int x, int y) {
   const auto value = [&](std::size_t i) {
     return display_value(frame.pixels[i], [](float light) { return std::sqrt(light); });
@@ -46,11 +45,6 @@ double contrast_at(const Frame& frame, int x, int y) {
   return (here - value(i - 1)).length2() + (here - value(i - frame.width)).length2();
 }
 
-/// Picture of one ray a pixel: takes 0.7 to 1.1 times as long as 2 x 2 rays, and has to have so many dB more
-/// than asked for; it is tried where 2 x 2 rays have so many above that.
-constexpr double for_one = 4;
-constexpr double gain_of_two = 5;
-
 /// Draws a view with any supersampling.
 class Drawer {
  public:
@@ -58,43 +52,50 @@ class Drawer {
          RenderStats& stats)
       : renderer_(renderer), size_(size), camera_(camera), options_(options), stats_(stats) {}
 
-  /// Only pixels of `blocks`, if there are any. Throws a Failure.
+  /// Draws the whole picture; with `blocks` only their pixels, without a place in the statistics but their
+  /// times. Throws a Failure.
   void draw(int supersample, const FrameBlocks* blocks, Frame& frame) {
     FrameSize size = size_;
+    size.supersample = supersample;
     // Bands without blocks are not drawn.
     size.band_rows = blocks != nullptr ? blocks->side : band_rows(supersample);
     DrawOptions options = options_;
+    options.cells.samples = samples_of(supersample);
     options.blocks = blocks;
-    draw(supersample, size, options, frame, blocks == nullptr);
+    const RenderStats stats = draw(size, options, frame);
+    if (blocks == nullptr) keep(stats);
   }
-  /// Rows from `first_row` on, in bands of the size's. `counts`: the statistics count its pixels.
-  void draw(int supersample, FrameSize size, DrawOptions& options, Frame& frame, bool counts) {
-    size.supersample = supersample;
-    value_or_throw(renderer_.resize(size));
-    options.cells.samples = samples_of(std::max(supersample, options.foreseen));
+  /// The same with any options. Adds to the times of the statistics, and returns those of this frame.
+  RenderStats draw(const FrameSize& size, const DrawOptions& options, Frame& frame) {
     RenderStats stats;
+    value_or_throw(renderer_.resize(size));
     value_or_throw(renderer_.draw(camera_, options, frame, stats));
-    add(stats, counts ? stats_ : unwanted_);
-    if (counts) return;
-    stats_.prepare = stats.prepare;
     for (const auto& [name, seconds] : render_seconds)
       if (seconds != &RenderStats::prepare) stats_.*seconds += stats.*seconds;
+    stats_.prepare = stats.prepare;
+    return stats;
+  }
+  /// Makes the statistics those of a frame, but for the times, which are of all frames.
+  void keep(RenderStats stats) {
+    for (const auto& [name, seconds] : render_seconds) stats.*seconds = stats_.*seconds;
+    stats_ = std::move(stats);
   }
   /// Largest supersampling that the index pass can draw.
   int limit() const {
     return std::min(max_supersample, index_pass_side_limit / std::max(size_.width, size_.height));
   }
-  /// FrameSize::band_rows: images of close pictures fit for so many.
+  /// FrameSize::band_rows: a picture has at least `min_bands`, which cost no time, and as many as let the
+  /// cell images of a band fit into the memory. Those take `image_bytes` for a pixel of a sweater close by.
   int band_rows(int supersample) const {
-    constexpr int bands = 16;
-    constexpr std::size_t image_bytes = 320;  // of a pixel, close by
+    constexpr int min_bands = 16;
+    constexpr std::size_t image_bytes = 320;
     const auto max_pixels =
         static_cast<int>(std::min(options_.cells.memory / image_bytes, std::size_t{1} << 20));
-    const int rows = std::min(size_.height / bands, max_pixels / (size_.width * supersample * supersample));
+    const int rows =
+        std::min(size_.height / min_bands, max_pixels / (size_.width * supersample * supersample));
     return std::max(rows / 2, 1) * 2;
   }
   const DrawOptions& options() const { return options_; }
-  const RenderStats& stats() const { return stats_; }
 
  private:
   Renderer& renderer_;
@@ -102,7 +103,6 @@ class Drawer {
   const Camera& camera_;
   const DrawOptions& options_;
   RenderStats& stats_;
-  RenderStats unwanted_;
 };
 
 /// Blocks of a picture, spread evenly over it, drawn with several supersamplings: as many as it takes until
@@ -118,15 +118,17 @@ class Probe {
     all_ = static_cast<std::size_t>(blocks_.across) * (rows / row_step_);
   }
 
-  /// dB of the picture with some supersampling beside that with another. Less exact where it is clearly below
-  /// or above these.
-  double accuracy(int supersample, int beside, double below = 0, double above = HUGE_VAL) {
-    constexpr std::size_t min_blocks = 16;
-    constexpr std::size_t max_blocks = 64;
-    constexpr double max_error = 0.35;  // of the mean square
-    constexpr double clear = 1.5;       // standard errors
-    constexpr double few = 20;          // dB, by the blocks that show something
-    if (count_ == 0) take(24);
+  /// dB of the picture with some supersampling compared with another one. Less exact where it is clearly
+  /// below or above these.
+  double accuracy(int supersample, int reference, double below = 0, double above = HUGE_VAL) {
+    // Chosen on random pictures of tests/bench/accuracy.mjs, so that an estimate costs a tenth of a picture.
+    constexpr std::size_t first_blocks = 24;
+    constexpr std::size_t min_blocks = 16;          // that show something
+    constexpr std::size_t max_blocks = 64;          // that show something
+    constexpr double max_error = 0.35;              // standard error of the mean square, as a part of it
+    constexpr double confidence_sigmas = 1.5;       // of an estimate clearly above or below
+    constexpr double small_sample_penalty_db = 20;  // by the blocks that show something
+    if (count_ == 0) take(first_blocks);
     // As many as should show enough.
     const auto more = [&](std::size_t shown) {
       return shown < min_blocks ? count_ * (min_blocks - shown) / std::max<std::size_t>(shown, 1) + 2
@@ -135,32 +137,36 @@ class Probe {
     for (std::size_t shown = 0;; take(more(shown))) {
       double sum = 0;
       double squares = 0;
-      shown = 0;  // blocks with something in them: others cost nothing, and tell little
-      for (const double square : block_errors(supersample, beside)) {
+      shown = 0;  // blocks with something in them: others cost nothing, and say little
+      for (const double square : block_errors(supersample, reference)) {
         sum += square;
         squares += square * square;
         shown += square > 0 ? 1 : 0;
       }
+      // Variance of a sum of independent blocks: the sum of their squares less that of their mean.
       const double error =
           std::sqrt(std::max(squares / (sum * sum) - 1.0 / static_cast<double>(count_), 0.0));
       const double result = decibels(sum / static_cast<double>(pixels_));
-      const double reach = decibels(1 / (1 + clear * error)) + few / static_cast<double>(shown);
-      const bool is_clear = result + reach < below || result - reach > above;
-      const bool is_near = std::min(std::abs(result - below), std::abs(result - above)) < reach;
+      const double margin = decibels(1 / (1 + confidence_sigmas * error)) +
+                            small_sample_penalty_db / static_cast<double>(shown);
+      const bool is_clear = result + margin < below || result - margin > above;
+      const bool is_near = std::min(std::abs(result - below), std::abs(result - above)) < margin;
       const bool is_exact = error < max_error && (!is_near || shown > min_blocks);
-      if (((is_clear || is_exact) && shown >= min_blocks) || shown >= max_blocks || count_ == all_)
+      if (((is_clear || is_exact) && shown >= min_blocks) || shown >= max_blocks || count_ == all_ ||
+          drawer_.options().ends())
         return result;
     }
   }
 
-  /// Whether it took many blocks for some that show something: rays cost little then.
-  bool is_mostly_empty() const { return count_ > 200; }
+  /// A whole picture, of which no blocks are drawn.
+  void take_whole(int supersample, const Frame& frame) {
+    drawn_[supersample] = {frame, std::vector<std::uint8_t>(taken_.size(), 1)};
+  }
 
-  /// dB by which a whole picture is less accurate than its blocks: errors go with the squares of the
-  /// differences of neighbours.
-  double beyond_blocks(const Frame& whole) const {
-    constexpr double most = 3;
-    std::array<double, 2> sums{};  // everywhere, and in blocks
+  /// dB by which a whole picture is more accurate than its blocks, as far as their contrasts differ.
+  double correction_db(const Frame& whole) const {
+    constexpr double max_correction_db = 3;  // errors follow contrasts loosely
+    std::array<double, 2> sums{};            // everywhere, and in blocks
     for (int y = 1; y < size_.height; ++y) {
       for (int x = 1; x < size_.width; ++x) {
         const double square = contrast_at(whole, x, y);
@@ -169,7 +175,9 @@ class Probe {
       }
     }
     const double part = 3.0 * size_.width * size_.height / static_cast<double>(pixels_);
-    return sums[1] > 0 ? std::clamp(decibels(sums[0] / (sums[1] * part)), -most, most) : 0;
+    return sums[1] > 0
+               ? std::clamp(decibels(sums[0] / (sums[1] * part)), -max_correction_db, max_correction_db)
+               : 0;
   }
 
  private:
@@ -207,9 +215,9 @@ class Probe {
   }
 
   /// Squares of the differences of the blocks that are taken, and how many there are.
-  std::vector<double> block_errors(int supersample, int beside) {
+  std::vector<double> block_errors(int supersample, int reference) {
     const Frame& a = drawn(supersample);
-    const Frame& b = drawn(beside);
+    const Frame& b = drawn(reference);
     std::vector<double> squares(taken_.size());
     pixels_ = 0;
     for_each_pixel(taken_, [&](std::size_t i, std::size_t block) {
@@ -231,7 +239,7 @@ class Probe {
     drawer_.draw(supersample, &blocks_, more);
     if (frame.pixels.empty()) frame = more;
     for_each_pixel(blocks_.drawn, [&](std::size_t i, std::size_t) { frame.pixels[i] = more.pixels[i]; });
-    blocks = taken_;
+    for (std::size_t i = 0; i < taken_.size(); ++i) blocks[i] |= taken_[i];
     return frame;
   }
 
@@ -249,205 +257,158 @@ class Probe {
 
 /// Draws with the least supersampling that has an accuracy, dB.
 AccuratePicture draw_accurate(Drawer& drawer, double wanted, const FrameSize& size, Frame& frame) {
-  AccuratePicture picture{std::min(2, drawer.limit()), 0};
+  AccuratePicture picture{std::min(2, drawer.limit())};
   Probe probe(drawer, size);
   if (drawer.limit() >= 4) {
     const auto is_enough = [&](int supersample, double decibels) {
-      picture = {supersample, decibels};
-      return picture.accuracy >= wanted;
+      picture.supersample = supersample;
+      picture.accuracy = decibels;
+      return decibels >= wanted;
     };
-    const double of_two = probe.accuracy(2, 4, wanted, wanted);
-    const double of_one = of_two > wanted + for_one + gain_of_two && !probe.is_mostly_empty()
-                              ? probe.accuracy(1, 4, wanted + for_one, wanted + for_one)
-                              : 0;
-    if (of_one >= wanted + for_one) {
-      picture = {1, of_one};
-    } else if (!is_enough(2, of_two)) {
+    const double db_2x2 = probe.accuracy(2, 4, wanted, wanted);
+    if (!is_enough(2, db_2x2)) {
       const bool has_eight = drawer.limit() >= 8;
-      const double of_four = has_eight ? probe.accuracy(4, 8) : of_two + gain_of_twice;
-      const double before = has_eight ? probe.accuracy(2, 8) : of_two;
+      const double db_4x4 = has_eight ? probe.accuracy(4, 8) : db_2x2 + db_per_doubling;
+      const double db_2x2_vs_8x8 = has_eight ? probe.accuracy(2, 8) : db_2x2;
       // In between, accuracy goes with the logarithm of the rays.
       for (const int supersample : {3, 4, 6, max_supersample})
         if (supersample > drawer.limit() ||
-            is_enough(supersample, of_four + (of_four - before) * std::log2(supersample / 4.0)))
+            is_enough(supersample, db_4x4 + (db_4x4 - db_2x2_vs_8x8) * std::log2(supersample / 4.0)))
           break;
     }
   }
   drawer.draw(picture.supersample, nullptr, frame);
-  if (picture.accuracy > 0) picture.accuracy += probe.beyond_blocks(frame);
+  if (picture.accuracy > 0) picture.accuracy += probe.correction_db(frame);
   return picture;
 }
 
-/// A picture in strips of rows, each with as many rays as there is time for.
-class TimedPicture {
- public:
-  TimedPicture(Drawer& drawer, double seconds, const FrameSize& size, Frame& frame)
-      : drawer_(drawer), seconds_(use * seconds), size_(size), frame_(frame) {
-    size_.band_rows = drawer.band_rows(4);
-    frame_ = {size.width, size.height, std::vector<V4f>(static_cast<std::size_t>(size.width) * size.height)};
-    steps_of_.resize((size_.height + size_.band_rows - 1) / size_.band_rows, -1);
-    while (steps_ > 1 && rays[steps_ - 1] > drawer.limit()) --steps_;
-  }
-
-  AccuratePicture draw() {
-    foresee(std::min(1, steps_ - 1));
-    seconds_ -= drawer_.stats().prepare;
-    while (draw_worst()) {
-    }
-    AccuratePicture picture;
-    for (std::size_t i = 0; i < steps_of_.size(); ++i)
-      picture.rows[rays[steps_of_[i]]] += std::min(size_.height - row_of(i), size_.band_rows);
-    picture.supersample =
-        std::ranges::max_element(picture.rows, {}, [](const auto& p) { return p.second; })->first;
-    double error = 0;
-    for (std::size_t i = 0; i < steps_of_.size(); ++i) error += contrast(i, i + 1) * error_with(steps_of_[i]);
-    if (redrawn_contrast_ > 0)
-      picture.accuracy =
-          decibels(error * redrawn_squares_ / redrawn_contrast_ / (3.0 * size_.width * size_.height));
-    return picture;
-  }
-
- private:
-  static constexpr std::array rays{1, 2, 3, 4, 6, max_supersample};  ///< along a side, by steps
-  static constexpr double use = 0.95;                                ///< of the time
-  static constexpr double measured = 0.05;                           ///< of the picture
-  static constexpr double cost_of_pixel = 1;                         ///< as RenderStats::image_cost
-
-  /// Mean square of errors; 1 with one ray a pixel.
-  static double error_with(int step) { return std::pow(10, -gain_of_twice / 10 * std::log2(rays[step])); }
-  /// Sum of contrast_at() in some strips.
-  double contrast(std::size_t first, std::size_t end) const {
-    double sum = 0;
-    for (int y = std::max(size_.height - row_of(end), 1); y < size_.height - row_of(first); ++y)
-      for (int x = 1; x < size_.width; ++x) sum += contrast_at(frame_, x, y);
-    return sum;
-  }
-  double left() const { return seconds_ - std::chrono::duration<double>(Clock::now() - begin_).count(); }
-  int row_of(std::size_t strip) const { return static_cast<int>(strip) * size_.band_rows; }
-
-  /// Finds the costs of strips with so many rays.
-  void foresee(int step) {
-    if (!costs_[step].empty()) return;
-    double before = 0;
-    DrawOptions options = drawer_.options();
-    options.foreseen = rays[step];
-    options.goes_on = [&](const RenderStats& stats) {
-      const double pixels = static_cast<double>(stats.covered_pixels) + 0.02 * size_.width * stats.rows;
-      const double here = cost_of_pixel * rays[step] * rays[step] * (pixels - std::exchange(before, pixels));
-      costs_[step].push_back({here + stats.image_cost.all, here + stats.image_cost.fresh});
-      return true;
-    };
-    drawer_.draw(1, size_, options, part_, false);
-  }
-  /// Cost of some strips; `goes_on`: the strip before them was drawn just now with as many rays.
-  double cost(int step, std::size_t first, std::size_t end, bool goes_on = false) const {
-    const auto& costs = costs_[step];
-    if (costs.empty()) return HUGE_VAL;
-    double sum = goes_on ? 0 : costs[first].all - costs[first].fresh;
-    for (std::size_t i = first; i < end; ++i) sum += costs[i].fresh;
-    return sum;
-  }
-  /// The same in seconds.
-  double expected(int step, std::size_t first, std::size_t end, bool goes_on = false) const {
-    int known = step;
-    while (known > 0 && paces_[known].cost == 0) --known;
-    while (known < steps_ - 1 && paces_[known].cost == 0) ++known;
-    return cost(step, first, end, goes_on) * paces_[known].seconds / paces_[known].cost;
-  }
-  /// Draws strips with the fewest rays, or with none yet, again with more. Returns whether there was time.
-  bool draw_worst() {
-    const auto worst = std::ranges::min_element(steps_of_);
-    const auto other = std::find_if(worst, steps_of_.end(), [&](int step) { return step != *worst; });
-    const std::size_t first = worst - steps_of_.begin();
-    const std::size_t end = other - steps_of_.begin();
-    const int least = *worst + 1;
-    if (least == steps_) return false;
-    // The first strips tell how fast this machine is.
-    if (first == 0 && least == 0) {
-      const int step = std::min(1, steps_ - 1);
-      draw_run(0, step,
-               [&](std::size_t next) { return cost(step, 0, next) < measured * cost(step, 0, end); });
-      return true;
-    }
-    constexpr double worth = 2;  // of the time
-    for (int step = std::max(least, 1); step < steps_; ++step) {
-      foresee(step);
-      if (expected(step, first, end) > worth * left()) break;
-    }
-    // The most rays for which all have time, or where few are left as many as before.
-    const auto affordable = [&](std::size_t next, int now) {
-      const bool are_few = now > 0 && 3 * (steps_of_.size() - next) < steps_of_.size();
-      int step = are_few ? now : steps_ - 1;
-      while (step > least && expected(step, next, end, step == now) > left() - (step == now ? 0 : start_))
-        --step;
-      return step;
-    };
-    int step = affordable(first, -1);
-    if (least > 0) {
-      const auto fits = [&](std::size_t next) {
-        return next < end && expected(step, next, next + 1, next > first) <= left();
-      };
-      if (start_ + expected(step, first, first + 1) > left()) return false;
-      draw_run(first, step, fits);
-      return true;
-    }
-    if (step == 0 && steps_ > 1) {
-      // One ray takes nearly as long as 2 x 2, or much less.
-      constexpr double much_less = 0.6;
-      foresee(0);
-      step = expected(0, first, end) < much_less * expected(1, first, end) ? 0 : 1;
-    }
-    draw_run(first, step,
-             [&](std::size_t next) { return std::max(affordable(next, step), 1) == std::max(step, 1); });
-    return true;
-  }
-
-  /// Draws strips on from `first`, the next while `goes_on`; returns the one behind them.
-  std::size_t draw_run(std::size_t first, int step, const std::function<bool(std::size_t)>& goes_on) {
-    std::size_t next = first;
-    const int before_step = steps_of_[first];
-    double before = left();
-    DrawOptions options = drawer_.options();
-    options.first_row = row_of(first);
-    options.goes_on = [&](const RenderStats& stats) {
-      double taken = before - left();
-      if (next == first) taken -= start_ = stats.project;
-      Pace& pace = paces_[step];
-      pace = {0.7 * pace.seconds + taken, 0.7 * pace.cost + cost(step, next, next + 1, next > first)};
-      steps_of_[next++] = step;
-      before = left();
-      return next < steps_of_.size() && goes_on(next);
-    };
-    drawer_.draw(rays[step], size_, options, part_, true);
-    const auto from = [&](std::size_t strip) {
-      return static_cast<std::ptrdiff_t>(std::max(size_.height - row_of(strip), 0)) * size_.width;
-    };
-    for (std::ptrdiff_t i = from(next); before_step >= 0 && i < from(first); ++i)
-      redrawn_squares_ += (display_value(part_.pixels[i]) - display_value(frame_.pixels[i])).length2();
-    std::copy(part_.pixels.begin() + from(next), part_.pixels.begin() + from(first),
-              frame_.pixels.begin() + from(next));
-    if (before_step >= 0)
-      redrawn_contrast_ += contrast(first, next) * (error_with(before_step) - error_with(step));
-    return next;
-  }
-
-  struct Pace {
-    double seconds = 0, cost = 0;  ///< of the latest strips, the more the later they were
-  };
-  Clock::time_point begin_ = Clock::now();
-  Drawer& drawer_;
-  double seconds_;
-  FrameSize size_;
-  Frame& frame_;
-  Frame part_;
-  int steps_ = static_cast<int>(rays.size());  ///< that can be drawn
-  double start_ = 0;                           ///< seconds before the first strip of a run
-  // Strips that were drawn again: squares of the differences, and contrast times what error_with() fell by.
-  double redrawn_squares_ = 0, redrawn_contrast_ = 0;
-  std::vector<int> steps_of_;                              ///< of strips, from the lowest on; -1: not drawn
-  std::array<std::vector<ImageCost>, rays.size()> costs_;  ///< of strips, by steps
-  std::array<Pace, rays.size()> paces_;
+/// A whole picture on the way to the best one that a time allows.
+struct Wave {
+  enum class Images { moving, quick, rest };
+  Images images = Images::moving;
+  int magnified = 1;  ///< pixels of the picture along the side of a pixel that is drawn
+  int supersample = 1;
 };
+
+/// The first wave has at most this many pixels: they take 0.1 s of two cores.
+constexpr int first_wave_pixels = 1 << 15;
+/// Between frames that move and pictures at rest: a third of the time of the latter, and dB in the middle.
+constexpr CellImageOptions quick_cell_images{
+    .samples = 3.5F,  // fewer than at rest, where these images are made again
+    .patches = {.turn_pixels = 320, .turn = 8, .outline_pixels = 8, .offset = 2},
+    .hair_shadows = false,
+    .shaded_together = 2,
+    .shadow_texels = 1,
+    .piece_pixels = 2,
+    .min_transparency = 3.0F / 255,
+};
+
+Wave first_wave(const FrameSize& size) {
+  Wave wave;
+  while (size.width / wave.magnified * (size.height / wave.magnified) > first_wave_pixels)
+    wave.magnified *= 2;
+  return wave;
+}
+
+/// The wave after one that took some seconds of those that are left; none: there is no time for it.
+std::optional<Wave> next_wave(const Wave& wave, double taken, double left, int limit) {
+  using enum Wave::Images;
+  // Times a wave with other images takes as long as the one before it: medians of 11 views of a sweater and
+  // swatches at 320 x 256.
+  constexpr double quick_time_ratio = 5;
+  constexpr double rest_time_ratio = 2;
+  if (wave.magnified > 1) return Wave{moving, wave.magnified / 2, 1};
+  if (wave.images == moving && limit >= 2 && quick_time_ratio * taken < left) return Wave{quick, 1, 2};
+  if (wave.images == quick && rest_time_ratio * taken < left) return Wave{rest, 1, 2};
+  if (wave.images != rest) return std::nullopt;
+  // The time of a picture grows with this power of the rays along a side: median of fixed rays in
+  // tests/bench/accuracy.mjs --seconds.
+  constexpr double time_exponent = 1.75;
+  const double larger = std::pow(left / taken, 1 / time_exponent);
+  const int supersample = std::min(static_cast<int>(std::min(wave.supersample * larger, 1e3)), limit);
+  return supersample > wave.supersample ? std::optional(Wave{rest, 1, supersample}) : std::nullopt;
+}
+
+/// A smaller frame in the size of the picture, bilinear.
+Frame magnify(const Frame& small, const FrameSize& size) {
+  struct Tap {
+    int first, next;
+    float part;
+  };
+  const auto tap = [](int i, int count, int all) {
+    const float place = std::clamp(
+        (static_cast<float>(i) + 0.5F) * static_cast<float>(count) / static_cast<float>(all) - 0.5F, 0.0F,
+        static_cast<float>(count - 1));
+    const int first = static_cast<int>(place);
+    return Tap{first, std::min(first + 1, count - 1), place - static_cast<float>(first)};
+  };
+  Frame large{size.width, size.height, {}};
+  large.pixels.resize(static_cast<std::size_t>(size.width) * size.height);
+  parallel_for(0, size.height, [&](int y) {
+    const Tap v = tap(y, small.height, size.height);
+    for (int x = 0; x < size.width; ++x) {
+      const Tap u = tap(x, small.width, size.width);
+      const auto row = [&](int k) {
+        const V4f* const pixels = &small.pixels[static_cast<std::size_t>(k) * small.width];
+        return pixels[u.first] * (1 - u.part) + pixels[u.next] * u.part;
+      };
+      large.pixels[static_cast<std::size_t>(y) * size.width + x] =
+          row(v.first) * (1 - v.part) + row(v.next) * v.part;
+    }
+  });
+  return large;
+}
+
+/// dB of a whole picture, by its blocks; none: the time of the drawer's options ends before they are drawn.
+std::optional<double> accuracy_of(const Frame& frame, int supersample, Drawer& drawer,
+                                  const FrameSize& size) {
+  const int reference = std::min(std::max(2 * supersample, 4), drawer.limit());
+  if (reference < 2 * supersample && drawer.limit() < max_supersample) return std::nullopt;
+  Probe probe(drawer, size);
+  if (2 * supersample <= max_supersample) probe.take_whole(supersample, frame);
+  // Of more rays than half of the most, the accuracy of half of the most, and what more rays give.
+  const int compared = std::min(supersample, max_supersample / 2);
+  const double accuracy = probe.accuracy(compared, reference) +
+                          db_per_doubling * std::log2(static_cast<double>(supersample) / compared);
+  return drawer.options().ends() ? std::nullopt : std::optional(accuracy + probe.correction_db(frame));
+}
+
+/// Draws whole pictures, each with more rays than the one before, until the time ends; the last whole one
+/// stands. The first is drawn in any case.
+AccuratePicture draw_in_time(Drawer& drawer, DrawOptions& options, double seconds, const FrameSize& size,
+                             Frame& frame) {
+  using std::chrono::duration;
+  // An image that is being made at the end is made to its end.
+  constexpr double drawing_fraction = 0.97;
+  const auto end = Clock::now() +
+                   std::chrono::duration_cast<Clock::duration>(duration<double>(drawing_fraction * seconds));
+  AccuratePicture picture;
+  for (std::optional<Wave> wave = first_wave(size); wave;) {
+    FrameSize wave_size = size;
+    wave_size.width = (size.width + wave->magnified - 1) / wave->magnified;
+    wave_size.height = (size.height + wave->magnified - 1) / wave->magnified;
+    wave_size.supersample = wave->supersample;
+    wave_size.band_rows = wave->supersample > 1 ? drawer.band_rows(wave->supersample) : 0;
+    DrawOptions wave_options = options;
+    if (wave->images == Wave::Images::moving) wave_options.cells = moving_cell_images;
+    if (wave->images == Wave::Images::quick) wave_options.cells = quick_cell_images;
+    if (wave->images == Wave::Images::rest) wave_options.cells.samples = samples_of(wave->supersample);
+    wave_options.cells.memory = options.cells.memory;
+    const Stopwatch watch;
+    Frame drawn;
+    const RenderStats stats = drawer.draw(wave_size, wave_options, drawn);
+    if (wave_options.ends()) return picture;
+    const double taken = watch.seconds();
+    frame = wave->magnified > 1 ? magnify(drawn, size) : std::move(drawn);
+    picture.supersample = wave->supersample;
+    picture.magnified = wave->magnified;
+    drawer.keep(stats);
+    options.deadline = end;
+    wave = next_wave(*wave, taken, duration<double>(end - Clock::now()).count(), drawer.limit());
+  }
+  picture.accuracy = accuracy_of(frame, picture.supersample, drawer, size).value_or(0);
+  return picture;
+}
 
 }  // namespace
 
@@ -475,12 +436,13 @@ Result<AccuratePicture> draw_for(Renderer& renderer, const PictureGoal& goal, co
   return result_of([&] {
     stats = {};
     Drawer drawer(renderer, size, camera, options, stats);
-    if (!goal.accuracy && !goal.seconds) {
+    AccuratePicture picture{size.supersample};
+    if (goal.seconds)
+      picture = draw_in_time(drawer, options, *goal.seconds, size, frame);
+    else if (goal.accuracy)
+      picture = draw_accurate(drawer, *goal.accuracy, size, frame);
+    else
       drawer.draw(size.supersample, nullptr, frame);
-      return AccuratePicture{size.supersample, 0};
-    }
-    AccuratePicture picture = goal.accuracy ? draw_accurate(drawer, *goal.accuracy, size, frame)
-                                            : TimedPicture(drawer, *goal.seconds, size, frame).draw();
     FrameSize left = size;
     left.supersample = picture.supersample;
     left.band_rows = drawer.band_rows(left.supersample);

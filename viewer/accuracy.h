@@ -1,13 +1,13 @@
 // Pictures as accurate as asked for, or as the time allows.
 //
-// A picture's accuracy is its PSNR beside the same picture with 64 rays a pixel or more, display-encoded
-// (default_display()), peak 1. It is estimated from blocks of the picture, which are drawn also with twice
-// as many rays along a pixel's side: halves of a picture's own rays share its cell images and their places,
-// and do not show what these lack.
+// A picture's accuracy is its PSNR against the same picture with 64 rays a pixel or more, display-encoded
+// (default_display()), peak 1. For an accuracy it is estimated from blocks of the picture, which are drawn
+// also with twice as many rays along a pixel's side: halves of a picture's own rays share its cell images and
+// their places, and do not show what these lack. The blocks of a
+// picture for a time are drawn in what is left of it.
 #pragma once
 
 #include <algorithm>
-#include <map>
 #include <optional>
 
 #include "viewer/renderer.h"
@@ -27,14 +27,13 @@ inline constexpr double default_accuracy = 34;
 /// One wish for a picture, or none: the supersampling of the options.
 struct PictureGoal {
   std::optional<double> accuracy;  ///< dB, above 0
-  std::optional<double> seconds;   ///< from the call on, above 0; a first picture is drawn in any case
+  std::optional<double> seconds;   ///< from the call on; a first picture is drawn in any case
 };
 
 struct AccuratePicture {
   int supersample = 1;
+  int magnified = 1;    ///< of a picture for a time: pixels along the side of a pixel that was drawn
   double accuracy = 0;  ///< dB, estimated; 0: not known, as there is nothing to compare with
-  std::map<int, int>
-      rows{};  ///< of a picture for a time: how many have which supersampling; that is the most
 };
 
 /// Adds the statistics of one more drawing of a scene.

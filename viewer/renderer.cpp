@@ -231,7 +231,7 @@ struct Renderer::State {
     const std::shared_ptr<const Reflections> mirrored = reflect(options);
     watch.add_to(stats.prepare);
     path->draw({camera, options, maps, shaded, mirrored}, frame, stats);
-    if (!options.environment || stats.rows == 0) return;
+    if (!options.environment || options.ends()) return;
     if (options.backdrop >= 0) {
       add_backdrop(camera, options, mirrored.get(), frame);
     } else {

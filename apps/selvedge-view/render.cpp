@@ -38,15 +38,17 @@ std::vector<AtomicFile> open_files(const RenderCommand& command, std::size_t fra
 
 struct Drawn {
   RenderStats stats;        ///< sums over the frames
-  AccuratePicture picture;  ///< the first frame; the others have its supersampling
+  AccuratePicture picture;  ///< the first frame; without a time the others have its supersampling
   std::vector<std::string> outputs;
   double write_seconds = 0;
 };
 
 /// Draws all frames into temporary files.
-Drawn draw(const Shot& shot, const PictureGoal& goal, const std::vector<AtomicFile>& files) {
+Drawn draw(const Shot& shot, PictureGoal goal, const std::vector<AtomicFile>& files) {
+  const Stopwatch preparing;
   const std::unique_ptr<Renderer> renderer =
       value_or_throw(Renderer::create(shot.scene, shot.fabrics, shot.options));
+  if (goal.seconds) *goal.seconds -= preparing.seconds();
   const std::size_t files_per_frame = files.size() / shot.cameras.size();
   RenderOptions options = shot.options;
   Frame frame;
@@ -55,9 +57,11 @@ Drawn draw(const Shot& shot, const PictureGoal& goal, const std::vector<AtomicFi
   for (const Camera& camera : shot.cameras) {
     options.lights = shot.look.all_lights(camera);
     RenderStats stats;
-    if (&camera == shot.cameras.data()) {
-      drawn.picture = value_or_throw(draw_for(*renderer, goal, options, camera, options, frame, stats));
-      options.cells.samples = samples_of(drawn.picture.supersample);
+    const bool is_first = &camera == shot.cameras.data();
+    if (is_first || goal.seconds) {
+      const auto picture = value_or_throw(draw_for(*renderer, goal, options, camera, options, frame, stats));
+      if (is_first) drawn.picture = picture;
+      if (!goal.seconds) options.cells.samples = samples_of(picture.supersample);
     } else {
       value_or_throw(renderer->draw(camera, options, frame, stats));
     }
@@ -103,15 +107,13 @@ Json to_json(const RenderCommand& command, const Shot& shot, const Drawn& drawn)
   const double picture = drawn.picture.accuracy > 0 ? drawn.picture.accuracy : HUGE_VAL;
   const double yarn = yarn_accuracy(shot);
   const double both = -10 * std::log10(std::pow(10, -picture / 10) + std::pow(10, -yarn / 10));
-  Json rows = Json::object();
-  for (const auto& [supersample, count] : drawn.picture.rows) rows[fmt::format("{}", supersample)] = count;
   return {{"input", command.picture.input},
           {"outputs", drawn.outputs},
           {"width", shot.options.width},
           {"height", shot.options.height},
           {"frames", shot.cameras.size()},
           {"supersample", drawn.picture.supersample},
-          {"rows", rows},
+          {"magnified", drawn.picture.magnified},
           {"accuracy", known(picture)},
           {"yarnAccuracy", known(yarn)},
           {"bothAccuracies", known(std::isfinite(picture) && std::isfinite(yarn) ? both : HUGE_VAL)},
@@ -145,6 +147,9 @@ Result<int> run(const RenderCommand& command) {
   Json all = to_json(command, shot, drawn);
   std::vector<std::string> remarks = shot.scene.remarks;
   remarks.insert(remarks.end(), drawn.stats.remarks.begin(), drawn.stats.remarks.end());
+  if (drawn.picture.magnified > 1)
+    remarks.push_back(
+        fmt::format("--seconds allows one ray for {0} x {0} pixels, magnified", drawn.picture.magnified));
   all["remarks"] = remarks;
   const auto environment =
       shot.look.environment ? shot.look.environment->remarks : std::vector<std::string>();

@@ -68,12 +68,14 @@ void declare_render(Options& options, RenderCommand& command) {
   options
       .number(
           "--accuracy", command.goal.accuracy, "DB",
-          fmt::format("As many rays a pixel as this PSNR takes, beside the picture with 64: 10 to 50 [{}]",
+          fmt::format("As many rays a pixel as this PSNR takes, against the picture with 64: 10 to 50 [{}]",
                       default_accuracy))
       .in(10, 50);
   options
-      .number("--seconds", command.goal.seconds, "S",
-              "Instead: as many as this time of the clock allows, row by row, without reading files")
+      .number(
+          "--seconds", command.goal.seconds, "S",
+          "Instead: as many as this time of the clock allows, without reading files; fewer than one where "
+          "it is short")
       .in(0.01, 86400);
   options.number("--supersample", command.supersample, "N", "Instead: N x N rays a pixel");
   add_input(options, picture);

@@ -59,7 +59,7 @@ CellPass::CellPass(const PreparedScene& scene)
   kinds_.assign(mesh.triangles.size() + 1, Kind::none);
   uneven_.resize(kinds_.size());
   if (store_.patches().empty()) return;
-  beyond_.resize(mesh.positions.size());
+  transmitted_.resize(mesh.positions.size());
   planes_.resize(mesh.triangles.size() + 1);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     if (store_.patches().place(static_cast<std::uint32_t>(i)).chart < 0) continue;
@@ -68,7 +68,8 @@ CellPass::CellPass(const PreparedScene& scene)
     const std::vector<PbrMaterial>& pbr = scene.materials.pbr;
     const bool emits = surface < pbr.size() && pbr[surface].emissive != V3f(0, 0, 0);
     kinds_[i] = m.tinted || m.bends || m.occluded || emits ? Kind::changed : Kind::plain;
-    for (const std::uint32_t corner : mesh.triangles[i].corners) beyond_[corner] = store_.beyond(m.fabric);
+    for (const std::uint32_t corner : mesh.triangles[i].corners)
+      transmitted_[corner] = store_.transmitted_fraction(m.fabric);
   }
   thickness_.resize(scene.fabrics.size());
   for (std::size_t i = 0; i < scene.fabrics.size(); ++i) {
@@ -105,9 +106,7 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, std::sp
   store_.set_late(true);
   middle_x_ = 0.5F * static_cast<float>(projected.width) - 0.5F;
   middle_y_ = 0.5F * static_cast<float>(projected.height) - 0.5F;
-  const int larger = std::max(view.options.foreseen, 1);
-  store_.begin(view.camera, V2i(projected.width, projected.height) * larger, view.options,
-               supersample * larger, lights_);
+  store_.begin(view.camera, V2i(projected.width, projected.height), view.options, supersample, lights_);
   light_vertices();
   slope_vertices();
   // Marks of large triangles and of parts need planes; others get them once they are seen.
@@ -128,7 +127,8 @@ bool CellPass::is_lit_unevenly(std::size_t triangle) const {
     if (light.kind == LightKind::directional) {
       const V3f d(light.direction);
       const bool faces = normal(0).dot(d) > 0;
-      return beyond_[corners[0]] == 0 && (faces != (normal(1).dot(d) > 0) || faces != (normal(2).dot(d) > 0));
+      return transmitted_[corners[0]] == 0 &&
+             (faces != (normal(1).dot(d) > 0) || faces != (normal(2).dot(d) > 0));
     }
     const V3f at(light.position - lights_.origin);
     const float near =
@@ -145,11 +145,11 @@ float CellPass::brighter(SeenSurface surface, int x, int y, const V3f& normal, c
   const float by_corners =
       (c[2][1] * at.x + c[2][2] * at.y + c[2][3]) / (c[0][0] * at.x + c[0][1] * at.y + c[0][2]);
   const CellLook& image = store_.look(2 * patch_at(triangle, place_at(triangle, at)) + surface % 2);
-  const float beyond = beyond_[scene_.mesh.triangles[triangle].corners[0]];
-  const float bright = lights_.brightness(normal, point, around, beyond, of_environment);
-  constexpr float most = 8;
+  const float transmitted = transmitted_[scene_.mesh.triangles[triangle].corners[0]];
+  const float bright = lights_.brightness(normal, point, around, transmitted, of_environment);
+  constexpr float max_gain = 8;
   const float applied = std::clamp(by_corners * image.brightness, image.min_gain, image.max_gain);
-  const float ratio = std::clamp(bright * image.brightness, 0.0F, most) / applied;
+  const float ratio = std::clamp(bright * image.brightness, 0.0F, max_gain) / applied;
   return ratio >= 0 ? ratio : 1;
 }
 
@@ -239,8 +239,8 @@ void CellPass::light_vertices() {
                                        : around.size() == 1 ? around.data()
                                                             : &around[i];
       const V3f normal = mesh.normal(static_cast<std::uint32_t>(i));
-      brightness_[i] = {lights_.brightness(normal, mesh.positions[i], there, beyond_[i]),
-                        lights_.brightness(-normal, mesh.positions[i], there, beyond_[i])};
+      brightness_[i] = {lights_.brightness(normal, mesh.positions[i], there, transmitted_[i]),
+                        lights_.brightness(-normal, mesh.positions[i], there, transmitted_[i])};
     });
     parallel_each(mesh.triangles.size(), chunk,
                   [&](std::size_t i) { uneven_[i] = is_lit_unevenly(i) ? 1 : 0; });
@@ -323,9 +323,8 @@ void CellPass::set_planes(std::size_t i) {
   flat[18] = std::clamp(from_origin.x, -max_whole, max_whole);
   flat[19] = std::clamp(from_origin.y, -max_whole, max_whole);
   std::memcpy(planes_[i].coefficients.data(), flat.data(), sizeof flat);
-  const auto [least, most] =
-      std::minmax({slopes_[corners[0]].z, slopes_[corners[1]].z, slopes_[corners[2]].z});
-  planes_[i].at_outline = least < outline_rises_[i] && most > -outline_rises_[i];
+  const auto [low, high] = std::minmax({slopes_[corners[0]].z, slopes_[corners[1]].z, slopes_[corners[2]].z});
+  planes_[i].at_outline = low < outline_rises_[i] && high > -outline_rises_[i];
   planes_[i].place = store_.patches().place(static_cast<std::uint32_t>(i));
 }
 
@@ -434,14 +433,6 @@ PatchNeed& CellPass::request(PatchSide patch, bool behind, int shared) {
   return need;
 }
 
-ImageCost CellPass::image_cost() {
-  if (!active_) return {};
-  collect(false, 0);
-  std::ranges::fill(seen_, 0);
-  std::ranges::fill(seen_patches_, 0);
-  return store_.expect(needs_);
-}
-
 void CellPass::render(bool behind) {
   if (!active_) return;
   if (!has_parts_) {
@@ -484,7 +475,7 @@ void CellPass::collect(bool behind, int shared) {
   if (behind || shared > 0) return;
   for (std::size_t k = 0, count = needs_.size(); k < count; ++k) {
     const PatchNeed need = needs_[k];
-    if (!store_.shows_beyond(need.patch)) continue;
+    if (!store_.needs_neighbours(need.patch)) continue;
     store_.patches().for_all_around(need.patch / 2, [&](std::uint32_t other) {
       if (!is_looked_up(2 * other + need.patch % 2)) return;
       PatchNeed& patch_need = request(2 * other + need.patch % 2, behind, shared);

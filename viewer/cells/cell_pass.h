@@ -24,8 +24,8 @@ struct CellShading {
     const Group& p = pixels[lane];
     return {p[0], p[1], p[2], p[3]};
   }
-  /// Lanes whose holes show the yarn around them: values are still to be divided by their opacity.
-  std::uint32_t solid = 0;
+  /// Lanes whose holes show the yarn that surrounds them: values are still to be divided by their opacity.
+  std::uint32_t fills_holes = 0;
 };
 
 class CellPass {
@@ -56,8 +56,6 @@ class CellPass {
   void mark_visible(SeenSurface surface, int x, int y);
   /// Makes images of what was marked since the last call.
   void render(bool behind = false);
-  /// In place of render(): CellStore::expect().
-  ImageCost image_cost();
   /// Ends a frame.
   CellMemory end() { return active_ ? store_.end() : CellMemory{}; }
   /// Place of a pixel from the frame's middle.
@@ -120,7 +118,7 @@ class CellPass {
   std::uint32_t mapped_ = 0;                      ///< lights with a shadow map
   std::vector<Kind> kinds_;                       ///< of triangles
   std::vector<Patches::Extent> extents_;          ///< of triangles
-  std::vector<float> beyond_;                     ///< of vertices: CellLights::brightness()
+  std::vector<float> transmitted_;                ///< of vertices: CellLights::brightness()
   std::vector<std::array<float, 2>> brightness_;  ///< of vertices, front and back
   /// Slopes at vertices, of rays along the tangent and the normal x tangent, cosine between normal and ray.
   std::vector<V3f> slopes_;

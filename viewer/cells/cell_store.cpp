@@ -26,14 +26,13 @@ constexpr double min_fresh = 0.4;
 /// Cost (CellStore::Work) of images that one call may make for the first time while the picture moves, if
 /// these are more than three tenths of all.
 constexpr double max_missing = 2.5e5;
-constexpr double cost_of_image = 1500;   ///< beside the cost of its samples
-constexpr double cost_of_texels = 0.07;  ///< images of texels, beside images of yarn
+constexpr double cost_of_image = 1500;  ///< besides the cost of its samples
 /// Coarse shading saves little of smaller images.
 constexpr int many_samples = 96 * 96;
 
 /// CellLights::brightness(): yarn stands out of the cloth.
-constexpr float beyond_yarn = 0.15F;
-constexpr float beyond_thin_cloth = 0.5F;
+constexpr float transmitted_by_yarn = 0.15F;
+constexpr float transmitted_by_thin_cloth = 0.5F;
 /// Texels of cloth without yarn change with the view as if some of them lay so high, repeats.
 constexpr float relief_of_texels = 0.2F;
 
@@ -63,13 +62,13 @@ V3f mean_radiance(const SmoothLight& light, const V3f& n) {
 }
 
 float CellLights::brightness(const V3f& normal, const V3f& point, const SmoothLight* around_there,
-                             float beyond, float of_environment) const {
+                             float transmitted_fraction, float of_environment) const {
   float sum = 0;
   for (const Light& light : lights) {
     const auto& [direction, e] = light_at(light, origin + V3d(point));
     const float cosine = normal.dot(V3f(direction));
     sum += (light.of_environment ? of_environment : 1) * (e.x + e.y + e.z) / 3 *
-           ((1 - beyond) * std::max(cosine, 0.0F) + beyond * 0.5F * (1 + cosine));
+           ((1 - transmitted_fraction) * std::max(cosine, 0.0F) + transmitted_fraction * 0.5F * (1 + cosine));
   }
   if (around_there != nullptr) {
     const V3f mean = mean_radiance(*around_there, normal);
@@ -92,7 +91,8 @@ struct CellStore::Kept {
   float samples = 1;
   int forced = -1;  ///< LevelOptions::forced
   RepeatParts parts = whole_repeat;
-  std::uint32_t own = 0, lit = 0;  ///< lights with a plane of their own; of the others, those that shine
+  std::uint32_t masked_lights = 0,
+                lit = 0;  ///< lights with a plane of their own; of the others, those that shine
   float brightness = 1;
   std::uint64_t used = 0;    ///< call of make()
   std::uint64_t number = 0;  ///< CellLook::image
@@ -106,7 +106,7 @@ struct CellStore::Wanted {
   V2f pixel{1, 1};
   RepeatParts parts = whole_repeat;
   float around = around_part;  ///< pixels
-  std::uint32_t own = 0, lit = 0;
+  std::uint32_t masked_lights = 0, lit = 0;
   float brightness = 1;
 };
 
@@ -132,7 +132,7 @@ std::shared_ptr<std::vector<CellStore::Cloth>> CellStore::cloths_of(std::span<co
     cloth.front = std::make_unique<ClothSide>(*sides.front);
     if (sides.turned) cloth.back = std::make_unique<ClothSide>(*sides.turned);
     cloth.relief = relief_of_texels;
-    cloth.beyond = sides.lets_light_through() ? beyond_thin_cloth : 0;
+    cloth.transmitted_fraction = sides.lets_light_through() ? transmitted_by_thin_cloth : 0;
     for (const bool behind : {false, true}) {
       const ClothSide& side = cloth.seen_from(behind);
       if (!side.yarn) continue;
@@ -140,7 +140,7 @@ std::shared_ptr<std::vector<CellStore::Cloth>> CellStore::cloths_of(std::span<co
       const float plane = side.yarn->plane();
       const float most = std::max(yarns.inside().high - plane, plane - yarns.inside().low);
       cloth.relief = std::max(cloth.relief, most / std::min(yarns.period().x, yarns.period().y));
-      cloth.beyond = beyond_yarn;
+      cloth.transmitted_fraction = transmitted_by_yarn;
       cloth.has_yarn = true;
     }
   }
@@ -174,7 +174,7 @@ void CellStore::take_fabric(const FabricSides& fabric, const CellStore* shared) 
 
 CellStore::~CellStore() = default;
 
-bool CellStore::shows_beyond(PatchSide patch) const {
+bool CellStore::needs_neighbours(PatchSide patch) const {
   if (!has_windows_ || !patches_.is_part(patch / 2)) return false;
   Wanted one;
   set_pixel(one, patch);
@@ -207,7 +207,6 @@ void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions&
   memory_ = {};
   demand_ = expected_ = 0;
   late_.assign(kept_.size(), 0);
-  counted_.clear();
   for (Cloth& cloth : *cloths_) {
     for (ClothSide* side : {cloth.front.get(), cloth.back.get()}) {
       if (side == nullptr || !side->yarn) continue;
@@ -296,7 +295,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   const auto local = [&](const V3f& d) { return V3f(d.dot(tangent), d.dot(up), d.dot(normal)); };
   result.view.view = local(to_viewer).normalized();
 
-  result.own = need.lit & need.unlit;
+  result.masked_lights = need.lit & need.unlit;
   const std::uint32_t off = need.unlit & ~need.lit;
   float lifted = 0;  // brightness
   for (std::size_t i = 0; i < lights_.lights.size(); ++i) {
@@ -304,19 +303,20 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
     const std::uint32_t bit = i < 32 ? 1U << i : 0;
     if ((off & bit) != 0) continue;
     const auto& [direction, irradiance] = light_at(light, origin_ + V3d(patch.centre));
-    if ((result.own & bit) == 0) result.lit |= bit;
-    const int plane = (result.own & bit) != 0 ? 1 + std::popcount(result.own & (bit - 1)) : 0;
+    if ((result.masked_lights & bit) == 0) result.lit |= bit;
+    const int plane =
+        (result.masked_lights & bit) != 0 ? 1 + std::popcount(result.masked_lights & (bit - 1)) : 0;
     V3f lamp = local(V3f(direction));
     // Parts of texels' patch may face a light that its mean does not.
     if (!(*cloths_)[fabric].has_yarn && std::abs(lamp.z) < min_lamp_rise) {
-      lifted += (irradiance.x + irradiance.y + irradiance.z) / 3 * (1 - (*cloths_)[fabric].beyond) *
-                (min_lamp_rise - std::max(lamp.z, 0.0F));
+      lifted += (irradiance.x + irradiance.y + irradiance.z) / 3 *
+                (1 - (*cloths_)[fabric].transmitted_fraction) * (min_lamp_rise - std::max(lamp.z, 0.0F));
       lamp.z = min_lamp_rise;
       lamp.normalize();
     }
     result.view.lamps.push_back({lamp, irradiance, plane});
   }
-  result.view.planes = 1 + std::popcount(result.own);
+  result.view.planes = 1 + std::popcount(result.masked_lights);
   const SmoothLight* around = lights_.around;
   SmoothLight mean;
   if (around != nullptr && !lights_.around_vertices.empty()) {
@@ -327,7 +327,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   }
   if (around != nullptr) result.view.around = turned(*around, tangent, up, normal);
   result.brightness =
-      lights_.brightness(own_normal, patch.centre, around, (*cloths_)[fabric].beyond) + lifted;
+      lights_.brightness(own_normal, patch.centre, around, (*cloths_)[fabric].transmitted_fraction) + lifted;
   result.view.hairs = !behind || options_.hairs_behind;
   result.view.hair_shadows = options_.hair_shadows;
   result.view.shadow_texels = options_.shadow_texels;
@@ -342,7 +342,9 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
 /// How far an image is from what is wanted: 0 as it is, infinite: of no use.
 float CellStore::outdated(const Kept& kept, const Wanted& wanted, float samples) const {
   // Lights with a plane of their own may be in shadow or not; others must be as they were.
-  if ((wanted.own & ~kept.own) != 0 || ((wanted.lit ^ kept.lit) & ~kept.own) != 0) return HUGE_VALF;
+  if ((wanted.masked_lights & ~kept.masked_lights) != 0 ||
+      ((wanted.lit ^ kept.lit) & ~kept.masked_lights) != 0)
+    return HUGE_VALF;
   if (kept.view.lamps.size() < wanted.view.lamps.size() || kept.forced != levels_.forced ||
       (wanted.parts & ~kept.parts) != 0)
     return HUGE_VALF;
@@ -391,21 +393,15 @@ std::optional<float> CellStore::fit(std::span<Work> works, float samples) const 
   return larger;
 }
 
-ImageCost CellStore::expect(std::span<const PatchNeed> needs) {
-  ImageCost sum;
-  counted_.resize(kept_.size());
+double CellStore::expect(std::span<const PatchNeed> needs) {
+  expected_ = 0;
   for (const PatchNeed& need : needs) {
     Wanted one;
     set_pixel(one, need.patch);
     set_size(one, options_.samples, 1);
-    const double cost = (static_cast<double>(one.view.size.count()) + cost_of_image) *
-                        (one.view.levels.yarn > 0 ? 1 : cost_of_texels);
-    sum.all += cost;
-    if (std::exchange(counted_[need.patch], 1) == 0) sum.fresh += cost;
-    sum.bytes += bytes_of(one.view);
+    expected_ += bytes_of(one.view);
   }
-  expected_ = sum.bytes;
-  return sum;
+  return expected_;
 }
 
 /// Bounds the bytes of a call's images, whose sizes it sets. Returns by how much their pixels are larger;
@@ -422,12 +418,12 @@ std::optional<float> CellStore::budget(std::span<Work> all, float samples, int s
     // Images that the next frame shows again have room beside each other.
     const double whole = std::max({full, expected_, options_.remade < 1 ? last_demand_ : 0});
     room_ = whole > most ? most / whole * full : most;
-    memory_.full = std::max(memory_.full, whole);
+    memory_.wanted_bytes = std::max(memory_.wanted_bytes, whole);
   }
   const std::optional<float> fitting = full > room_ ? fit(all, samples) : 1;
   if (!fitting && shared < max_shared) return std::nullopt;
   const float larger = fitting.value_or(max_larger);
-  memory_.coarser |= larger > 1 || shared > 0;
+  memory_.is_coarser |= larger > 1 || shared > 0;
   return larger;
 }
 
@@ -522,7 +518,7 @@ void CellStore::render(std::span<const Work> all, std::span<Work* const> order, 
     kept.samples = samples;
     kept.forced = levels_.forced;
     kept.parts = kept.view.size.is_whole() ? whole_repeat : made.parts;
-    kept.own = made.own;
+    kept.masked_lights = made.masked_lights;
     kept.lit = made.lit;
     kept.brightness = made.brightness;
   });
@@ -530,7 +526,7 @@ void CellStore::render(std::span<const Work> all, std::span<Work* const> order, 
   // An interrupted frame lacks parts.
   for (const Work& work : all)
     if (work.kept && work.kept->image.texels.empty()) kept_[work.patch].reset();
-  memory_.most = std::max(memory_.most, static_cast<double>(bytes_));
+  memory_.peak_bytes = std::max(memory_.peak_bytes, static_cast<double>(bytes_));
   std::erase_if(alive_, [&](PatchSide patch) { return !kept_[patch]; });
 }
 
@@ -550,7 +546,7 @@ CellLook CellStore::look_of(const Work& work) const {
                 .window = {static_cast<float>(image.width), static_cast<float>(image.height), 0, 0},
                 .texels = image.texels.data(),
                 .step = image.step,
-                .own = kept.own,
+                .masked_lights = kept.masked_lights,
                 .is_solid = !material.keeps_opacity,
                 .image = kept.number};
   if (!image.heights.empty()) {
@@ -563,7 +559,7 @@ CellLook CellStore::look_of(const Work& work) const {
     const Variation& variation = work.wanted.source.yarn->yarns().variation();
     if (variation.varies()) look.variation = &variation;
     look.fade = fade_of(variation, work.wanted.pixel);
-    look.way = offset_weight(look.fade);
+    look.offset_weight = offset_weight(look.fade);
   }
   return look;
 }

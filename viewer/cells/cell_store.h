@@ -27,10 +27,10 @@ struct CellLights {
   V3d origin{0, 0, 0};                           ///< of the mesh's coordinates
 
   /// Brightness of white cloth: what cell images are scaled by from place to place. `point`: relative to the
-  /// origin. `beyond`: fraction of the light of one side that the other side gets. `of_environment`: factor
-  /// on lamps of an environment. Positive.
-  float brightness(const V3f& normal, const V3f& point, const SmoothLight* around_there, float beyond,
-                   float of_environment = 1) const;
+  /// origin. `transmitted_fraction`: part of the light of one side that the other side gets.
+  /// `of_environment`: factor on lamps of an environment. Positive.
+  float brightness(const V3f& normal, const V3f& point, const SmoothLight* around_there,
+                   float transmitted_fraction, float of_environment = 1) const;
 };
 
 /// A patch seen from one side: twice the patch's number, + 1 for the back.
@@ -44,11 +44,11 @@ struct PatchNeed {
   RepeatParts parts = whole_repeat;  ///< that pixels look up
 };
 
-/// Bytes of the images of a frame.
+/// Memory of the images of a frame.
 struct CellMemory {
-  double most = 0;       ///< that were there at once
-  double full = 0;       ///< of the images that should have been there at once, as fine as wanted
-  bool coarser = false;  ///< some were not
+  double peak_bytes = 0;    ///< that were there at once
+  double wanted_bytes = 0;  ///< of the images that should have been there at once, as fine as wanted
+  bool is_coarser = false;  ///< some were not as fine
 };
 
 /// An image as pixels look it up.
@@ -67,10 +67,10 @@ struct CellLook {
   float step = 0;                        ///< CellImage::step, mm
   const Variation* variation = nullptr;  ///< null: none
   VariationFade fade = no_fade;
-  std::uint32_t own = 0;    ///< lights that have a plane of their own, in their order behind plane 0
-  bool is_solid = false;    ///< its holes show the yarn around them
-  std::uint64_t image = 0;  ///< number of the image, in the order that the store's were made in
-  float way = 1;            ///< offset_weight() of its fade
+  std::uint32_t masked_lights = 0;  ///< lights that have a plane of their own, in their order behind plane 0
+  bool is_solid = false;            ///< its holes show the yarn around them
+  std::uint64_t image = 0;          ///< number of the image, in the order that the store's were made in
+  float offset_weight = 1;          ///< of the place that variation gives a pixel, by its fade
 };
 
 class CellStore {
@@ -87,13 +87,13 @@ class CellStore {
   /// Takes another fabric of the same repeat in place of the only one, and forgets all images.
   void take_fabric(const FabricSides& fabric, const CellStore* shared);
   /// CellLights::brightness(): of yarn, and of cloth that lets light through.
-  float beyond(int fabric) const { return (*cloths_)[fabric].beyond; }
+  float transmitted_fraction(int fabric) const { return (*cloths_)[fabric].transmitted_fraction; }
   /// Begins a frame: chooses patches. `supersample`: pixels of the frame along either side of a pixel of the
   /// picture.
   void begin(const Camera& camera, const V2i& frame, const DrawOptions& options, int supersample,
              const CellLights& lights);
-  /// Tells what a frame needs before make() is called for parts of it: their images fit beside each other.
-  ImageCost expect(std::span<const PatchNeed> needs);
+  /// Bytes of the images that a frame needs; before make() is called for parts of it, so that all fit.
+  double expect(std::span<const PatchNeed> needs);
   /// Replaces CellImageOptions::memory for the rest of the frame.
   void set_memory(double bytes) { options_.memory = static_cast<std::size_t>(bytes); }
   /// Makes images that are missing, and of others the most outdated, for these patches, and keeps others
@@ -116,7 +116,7 @@ class CellStore {
   /// Whether images of patches that are parts of a repeat show these alone; not without a call.
   void set_windows(bool windows) { has_windows_ = windows; }
   /// Whether a patch is part of a repeat whose rows leave their places: pixels look neighbours up, too.
-  bool shows_beyond(PatchSide patch) const;
+  bool needs_neighbours(PatchSide patch) const;
   /// Where a patch is looked up in place of `place`: variation moves it.
   RepeatPlace looked_up(PatchSide patch, const RepeatPlace& place) const;
   /// Lets a patch look like another one until the next call of make().
@@ -156,7 +156,7 @@ class CellStore {
   struct Cloth {
     std::unique_ptr<ClothSide> front, back;  ///< no back: as the front
     float relief = 0;  ///< distance of yarn from the plane of the cloth, on either side, repeats
-    float beyond = 0;
+    float transmitted_fraction = 0;
     bool has_yarn = false;
     ClothSide& seen_from(bool behind) const { return behind && back ? *back : *front; }
   };
@@ -183,11 +183,10 @@ class CellStore {
   bool has_windows_ = false;
   bool may_be_late_ = false;
   bool lacks_time_ = false;
-  std::vector<std::uint8_t> late_;     ///< by patch and side
-  std::vector<std::uint8_t> counted_;  ///< the same: in an expect() of the frame
-  std::uint64_t call_ = 0;             ///< of make()
-  std::uint64_t frame_ = 0;            ///< first call of the frame
-  std::uint64_t made_ = 0;             ///< images
+  std::vector<std::uint8_t> late_;  ///< by patch and side
+  std::uint64_t call_ = 0;          ///< of make()
+  std::uint64_t frame_ = 0;         ///< first call of the frame
+  std::uint64_t made_ = 0;          ///< images
 };
 
 }  // namespace selvedge

@@ -210,9 +210,9 @@ void place_varied(const PlaneLanes& planes, const LookLanes& lanes, std::uint32_
   const CellLook* const first = lanes.looks[std::countr_zero(varied)];
   bool same = true;  // mostly
   for (const CellLook* look : lanes.looks) same &= look == first;
-  fraction.fill(same ? first->way : 0);
+  fraction.fill(same ? first->offset_weight : 0);
   for (std::size_t k = 0; k < 4; ++k) pixels.fade[k].fill(first->fade[k]);
-  float most = first->way;
+  float max_weight = first->offset_weight;
   pixels.u = places.u;
   pixels.v = places.v;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
@@ -221,10 +221,10 @@ void place_varied(const PlaneLanes& planes, const LookLanes& lanes, std::uint32_
     pixels.repeat_v[lane] = places.repeat_v[lane] + static_cast<int>(wholes[3]);
     if (same || (varied >> lane & 1) == 0) continue;
     for (std::size_t k = 0; k < 4; ++k) pixels.fade[k][lane] = lanes.looks[lane]->fade[k];
-    fraction[lane] = lanes.looks[lane]->way;
-    most = std::max(most, fraction[lane]);
+    fraction[lane] = lanes.looks[lane]->offset_weight;
+    max_weight = std::max(max_weight, fraction[lane]);
   }
-  if (!(most > 0)) return;
+  if (!(max_weight > 0)) return;
   if (same) {
     place(*first->variation, fraction, pixels);
     varied = 0;
@@ -280,7 +280,7 @@ void CellPass::sample(const CellPixels& pixels, CellShading& shading) const {
   LookLanes lanes;
   lanes.pixels = &shading.pixels;
   lanes.nearest = nearest_;
-  shading.solid = 0;
+  shading.fills_holes = 0;
   std::uint32_t own = 0;
   std::uint32_t outlines = 0;
   std::uint32_t varied = 0;
@@ -294,12 +294,12 @@ void CellPass::sample(const CellPixels& pixels, CellShading& shading) const {
                        places.unit[lane] == places.unit[lane - 1];
     if (!known) {
       look = look_at(surface, places.repeat_u[lane], places.repeat_v[lane], places.u[lane], places.v[lane]);
-      own |= look->own;
+      own |= look->masked_lights;
     }
     lanes.looks[lane] = look;
     if (look->variation != nullptr) varied |= 1U << lane;
     if (planes_[surface / 2].at_outline && look->heights != nullptr) outlines |= 1U << lane;
-    shading.solid |= static_cast<std::uint32_t>(look->is_solid) << lane;
+    shading.fills_holes |= static_cast<std::uint32_t>(look->is_solid) << lane;
   }
   VariedPixels of_variation;
   if (varied != 0) place_varied(planes, lanes, varied, places, of_variation);
@@ -312,15 +312,15 @@ void CellPass::sample(const CellPixels& pixels, CellShading& shading) const {
     const CellLook* const beyond =
         look_at(pixels.surface[lane], of_variation.repeat_u[lane] - static_cast<int>(wholes[2]),
                 of_variation.repeat_v[lane] - static_cast<int>(wholes[3]), places.u[lane], places.v[lane]);
-    if (beyond->heights != nullptr && beyond->own == part.own) lanes.looks[lane] = beyond;
+    if (beyond->heights != nullptr && beyond->masked_lights == part.masked_lights) lanes.looks[lane] = beyond;
   }
   look_all(places, lanes);
   for (std::size_t lane = 0; own != 0 && lane < lane_count; ++lane) {
     const CellLook& seen = *lanes.looks[lane];
-    if (seen.own == 0) continue;
+    if (seen.masked_lights == 0) continue;
     const CellTexel* plane = seen.texels;
     Quad sum{};
-    for (std::uint32_t left = seen.own; left != 0; left &= left - 1) {
+    for (std::uint32_t left = seen.masked_lights; left != 0; left &= left - 1) {
       plane += static_cast<std::ptrdiff_t>((seen.window[0] + 1) * (seen.window[1] + 1));
       const float fraction = visibility_of(static_cast<std::size_t>(std::countr_zero(left)),
                                            pixels.surface[lane] / 2, pixels.x[lane], pixels.y[lane]);

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -35,8 +35,6 @@ struct FrameSize {
   /// Rows that are drawn at a time, an even number: cell images have to fit for these. 0: a third.
   int band_rows = 0;
 };
-
-struct RenderStats;
 
 /// Bounds of the patches that share a cell image (viewer/cells/patches.h); a patch above one of them is
 /// split.
@@ -122,22 +120,15 @@ struct DrawOptions {
   int shadows = 0;
   /// Once this is true, drawing stops early, and the frame is incomplete. Null: nothing interrupts it.
   const std::atomic<bool>* interrupted = nullptr;
-  bool ends() const { return interrupted != nullptr && interrupted->load(std::memory_order_relaxed); }
-  /// Pixels beside these stay empty. Null: all are drawn.
+  /// The same from this moment on.
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+  bool ends() const {
+    return (interrupted != nullptr && interrupted->load(std::memory_order_relaxed)) ||
+           (deadline != std::chrono::steady_clock::time_point::max() &&
+            std::chrono::steady_clock::now() >= deadline);
+  }
+  /// Pixels outside of these stay empty. Null: all are drawn.
   const FrameBlocks* blocks = nullptr;
-  /// Rows of the picture from its lower end that are not drawn, a multiple of FrameSize::band_rows.
-  int first_row = 0;
-  /// Told of each band that is complete; false ends the drawing.
-  std::function<bool(const RenderStats&)> goes_on;
-  /// Instead of drawing: RenderStats::image_cost with so much supersampling. 0: draws.
-  int foreseen = 0;
-};
-
-/// Cost of the images that a band needs, about 1 for a sample of yarn.
-struct ImageCost {
-  double all = 0;
-  double fresh = 0;  ///< of images that no earlier band of the frame needs
-  double bytes = 0;  ///< of all, as fine as wanted
 };
 
 /// Statistics of a rendering; times in seconds. Drawing and evaluation of different bands overlap, so the
@@ -154,8 +145,6 @@ struct RenderStats {
   std::int64_t covered_pixels = 0;    ///< of the nearest layer, in the supersampled frame
   std::int64_t evaluated_pixels = 0;  ///< over all layers
   int layers = 0;                     ///< largest number in one pixel
-  int rows = 0;                       ///< that are complete, from the lower end of the picture
-  ImageCost image_cost;               ///< of the last band, with DrawOptions::foreseen
   std::int64_t image_bytes = 0;       ///< the most that cell images took at once
   std::vector<std::string> remarks;   ///< options and materials that could not be honoured, one line each
 };

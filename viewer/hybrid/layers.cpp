@@ -55,7 +55,7 @@ class Painter {
       row_.y.fill(first.y);
       scene_.cells.sample(row_, seen_);
       std::memcpy(static_cast<void*>(to), seen_.pixels.data(), count * sizeof(V4f));
-      for (std::uint32_t left = seen_.solid; left != 0; left &= left - 1) {
+      for (std::uint32_t left = seen_.fills_holes; left != 0; left &= left - 1) {
         const int lane = std::countr_zero(left);
         if (lane < count && to[lane].w > 0) to[lane] /= to[lane].w;
       }
@@ -97,7 +97,7 @@ class Painter {
     for (std::size_t lane = 0; lane < waiting_; ++lane) {
       const auto& [x, y] = at_[lane];
       V4f value = seen_.at(lane);
-      if ((seen_.solid >> lane & 1) != 0 && value.w > 0) value /= value.w;
+      if ((seen_.fills_holes >> lane & 1) != 0 && value.w > 0) value /= value.w;
       if (!scene_.cells.is_plain(row_.surface[lane]))
         value = change_cell(scene_, row_.surface[lane], x, pixels_.first_row + y, pbr_[lane], value);
       V4f& pixel = at(x, y);
@@ -331,10 +331,6 @@ LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& su
     rows[task]->see_nearest();
   });
   if (scene.view.options.ends()) return {};
-  if (scene.view.options.foreseen > 0) {
-    const auto empty = std::ranges::count(surfaces.nearest, no_surface);
-    return {.covered = static_cast<std::int64_t>(size) - empty, .image_cost = cells.image_cost()};
-  }
   cells.render();
   parallel_for(0, tasks, [&](int task) { rows[task]->shade_nearest(); });
   if (scene.view.options.ends()) return {};

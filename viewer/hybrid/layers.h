@@ -19,7 +19,6 @@ struct LayerCount {
   std::int64_t covered = 0;    ///< pixels that are not empty
   std::int64_t evaluated = 0;  ///< over all layers
   int layers = 0;              ///< largest number in one pixel
-  ImageCost image_cost{};      ///< RenderStats::image_cost
   LayerCount& operator+=(const LayerCount& b);
 };
 

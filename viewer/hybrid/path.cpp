@@ -64,12 +64,10 @@ void HybridPath::shade(const FrameScene& scene, int first_row, Band& band, Frame
     seen += shade_deep(scene, cells_, deep, layers_, pixels);
   }
   watch.add_to(stats.evaluation);
-  stats.image_cost = seen.image_cost;
   stats.covered_pixels += seen.covered;
   stats.evaluated_pixels += seen.evaluated;
   stats.layers = std::max(stats.layers, seen.layers);
   filter_band(bands_, first_row, band.large, frame);
-  if (!scene.view.options.ends()) stats.rows = (first_row + pixels.rows) / bands_.supersample;
   watch.add_to(stats.filter);
 }
 
@@ -89,13 +87,12 @@ void HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
   watch.add_to(stats.project);
   // Surfaces without fabric need further rounds of the same band, so drawing and shading cannot overlap.
   const DrawOptions& options = view.options;
-  const bool at_once = thread_count() == 1 || pass_.has_pbr() || casts || options.goes_on;
+  const bool at_once = thread_count() == 1 || pass_.has_pbr() || casts;
   std::future<void> shading_before;
   const auto finish_before = [&] {
     if (shading_before.valid()) shading_before.get();
   };
-  const int first_band = options.first_row * bands_.supersample / bands_.rows;
-  for (std::size_t i = first_band; i < lists.size() && !options.ends(); ++i) {
+  for (std::size_t i = 0; i < lists.size() && !options.ends(); ++i) {
     const int first_row = static_cast<int>(i) * bands_.rows;
     Band& band = in_flight_[i % 2];
     const int rows = bands_.rows_from(first_row);
@@ -119,16 +116,15 @@ void HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
       shade();
     else
       shading_before = std::async(std::launch::async, shade);
-    if (options.goes_on && !options.goes_on(stats)) break;
   }
   finish_before();
   if (!view.options.ends()) {
     const CellMemory memory = cells_.end();
-    stats.image_bytes = static_cast<std::int64_t>(memory.most);
-    if (memory.coarser)
+    stats.image_bytes = static_cast<std::int64_t>(memory.peak_bytes);
+    if (memory.is_coarser)
       stats.remarks.push_back(
           fmt::format("cell images are coarser than wanted: these take {:.0f} MiB, --image-memory is {}",
-                      std::ceil(memory.full / (1 << 20)), view.options.cells.memory >> 20));
+                      std::ceil(memory.wanted_bytes / (1 << 20)), view.options.cells.memory >> 20));
   }
 }
 

@@ -44,7 +44,7 @@ class HybridPath {
   /// Whether the CPU finds the triangles: of blocks it draws no others.
   bool casts(const DrawOptions& options) const {
     return kind_ != RenderPath::paper && !pass_.has_pbr() &&
-           (kind_ == RenderPath::raster || options.blocks != nullptr || options.foreseen > 0);
+           (kind_ == RenderPath::raster || options.blocks != nullptr);
   }
   /// Begins a frame.
   FrameScene begin(const FrameView& view, const ProjectedVertices& projected);

@@ -268,7 +268,7 @@ void mark_visible(Garment& garment) {
   add(4, 1);
   garment.done = 0;
   // Garments share the memory by their needs.
-  garment.need = garment.store->expect(garment.needs).bytes;
+  garment.need = garment.store->expect(garment.needs);
   const double all = all_need();
   garment.store->set_memory(page.fill * static_cast<double>(page.image_memory) *
                             (all > 0 ? garment.need / all : 1));
@@ -572,4 +572,6 @@ EXPORT(take_uploads) const UploadNumbers* take_uploads() {
   return &result;
 }
 /// Fraction of the light of one side that the other side gets (CellLights::brightness()).
-EXPORT(beyond_of) float beyond_of(std::uint32_t garment) { return page.garments[garment]->store->beyond(0); }
+EXPORT(beyond_of) float beyond_of(std::uint32_t garment) {
+  return page.garments[garment]->store->transmitted_fraction(0);
+}
