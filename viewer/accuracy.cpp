@@ -418,6 +418,7 @@ void add(const RenderStats& one, RenderStats& sum) {
   sum.triangles = one.triangles;
   sum.covered_pixels += one.covered_pixels;
   sum.evaluated_pixels += one.evaluated_pixels;
+  sum.cloth_pixels += one.cloth_pixels;
   sum.layers = std::max(sum.layers, one.layers);
   sum.image_bytes = std::max(sum.image_bytes, one.image_bytes);
   if (one.remarks.size() >= sum.remarks.size()) sum.remarks = one.remarks;

@@ -17,6 +17,9 @@
 namespace selvedge {
 namespace {
 
+/// Surfaces behind each other that a frame may have, the mean over its pixels.
+constexpr int max_depth = 1024;
+
 Result<std::unique_ptr<GraphicsContext>> make_context(const RenderOptions& options) {
   return options.context == ContextKind::egl ? make_egl_context() : make_osmesa_context();
 }
@@ -100,14 +103,16 @@ struct Renderer::State {
   std::unique_ptr<GraphicsContext> context;  ///< destroyed after all objects that it owns
   GlFunctions gl;
   std::unique_ptr<PictureTextures> textures;
-  std::unique_ptr<ShadowPass> shadows;  ///< created on first use
-  std::optional<Floor> floor;           ///< found on first use
-  std::optional<SkyVisibility> sky;     ///< found on first use; without directions if memory is short
-  SmoothLight around;                   ///< of `around_vertices`
+  std::optional<Occluders> occluders;  ///< found on first use
+  std::vector<ShadowView> shadowed;    ///< the views that `shadow_maps` are drawn for
+  std::vector<ShadowMap> shadow_maps;
+  std::optional<Floor> floor;        ///< found on first use
+  std::optional<SkyVisibility> sky;  ///< found on first use; without directions if memory is short
+  SmoothLight around;                ///< of `around_vertices`
   std::vector<SmoothLight> around_vertices;
   std::shared_ptr<const Environment> reflected;  ///< by `reflections`
   std::shared_ptr<const Reflections> reflections;
-  std::unique_ptr<HybridPath> path;
+  std::unique_ptr<FrameRenderer> path;
   double prepare = 0;
 
   /// The mirror images of an environment, where something shows them; made once for its pictures.
@@ -128,6 +133,15 @@ struct Renderer::State {
     return reflections;
   }
 
+  const Occluders& casting() {
+    if (!occluders) {
+      if (!textures->leave(Occluders::mask_bytes(scene.materials)))
+        throw Failure{beyond_memory(file, "", "the masks that cast shadows", scene_memory)};
+      occluders.emplace(scene.mesh, scene.materials);
+    }
+    return *occluders;
+  }
+
   /// Light from all around at the vertices, with shadows, if the options have both.
   std::span<const SmoothLight> shade_around(const DrawOptions& options) {
     if (!options.around || options.shadows == 0) return {};
@@ -141,7 +155,7 @@ struct Renderer::State {
             "light from all around has no shadows: the scene has more than 2^20 triangles, or does not fit "
             "into "
             "--max-memory");
-      sky = fits ? sky_visibility(scene.mesh, scene.materials) : SkyVisibility{};
+      sky = fits ? sky_visibility(scene.mesh, casting()) : SkyVisibility{};
     }
     if (sky->directions.empty()) return {};
     if (around_vertices.empty() || around != *options.around) {
@@ -149,6 +163,17 @@ struct Renderer::State {
       around_vertices = light_at_vertices(*sky, around);
     }
     return around_vertices;
+  }
+
+  /// Refuses files of few bytes whose surfaces would take hours.
+  void check_depth(const Camera& camera) const {
+    const M44d clip = clip_matrix(camera, scene.origin);
+    const double depth = mean_depth(scene.mesh, project(scene.mesh, clip, size.width, size.height));
+    if (depth > max_depth) {
+      throw Failure{
+          {Code::file_too_large, file, "",
+           fmt::format("{:.0f} surfaces lie behind each other at a pixel, more than {}", depth, max_depth)}};
+    }
   }
 
   /// Makes the textures that a frame shows.
@@ -159,25 +184,24 @@ struct Renderer::State {
         materials.pictures, file, remarks);
   }
 
-  /// Draws the shadow maps that the options require; null without shadows.
-  ShadowPass* draw_shadows(const DrawOptions& options) {
-    if (options.shadows == 0) return nullptr;
-    if (!shadows) {
-      if (!textures->leave(ShadowPass::mask_bytes(scene.materials)))
-        throw Failure{beyond_memory(file, "", "the masks that cast shadows", scene_memory)};
-      shadows = std::make_unique<ShadowPass>(gl, scene.mesh, scene.materials);
-    }
+  /// Draws the shadow maps that the options require, where they are not those of the last frame.
+  std::span<const ShadowMap> draw_shadows(const DrawOptions& options) {
+    if (options.shadows == 0) return {};
     const std::vector<ShadowView> views =
         shadow_views(options.lights, scene.mesh.positions, scene.origin, options.shadows);
-    // A map is stored twice, by OpenGL and by the program.
     constexpr std::size_t max_texels = std::size_t{1} << 28;
     const std::size_t side = options.shadows;
     if (views.size() * side * side > max_texels) {
       refuse("--shadows", fmt::format("{} maps of {} texels a side are more than {} texels", views.size(),
                                       side, max_texels));
     }
-    shadows->draw(views);
-    return shadows.get();
+    if (views == shadowed) return shadow_maps;
+    shadow_maps.clear();
+    shadow_maps.resize(views.size());
+    const Occluders& casts = casting();
+    parallel_for(0, static_cast<int>(views.size()), [&](int i) { shadow_maps[i] = casts.draw(views[i]); });
+    shadowed = views;
+    return shadow_maps;
   }
 
   void load(const Scene& source, const std::vector<Fabric>& fabrics, const RenderOptions& options,
@@ -202,7 +226,7 @@ struct Renderer::State {
     gl = value_or_throw(load_gl_functions(*context));
     textures = std::make_unique<PictureTextures>(gl, scene_memory);
     if (options.path == RenderPath::paper) check_paper_fabrics(source, scene.materials, fabrics, remarks);
-    path = std::make_unique<HybridPath>(gl, scene, options, options.path);
+    path = std::make_unique<FrameRenderer>(gl, scene, options, options.path);
     watch.add_to(prepare);
   }
 
@@ -212,19 +236,22 @@ struct Renderer::State {
     value_or_throw(context->make_current());
     check_draw(options);
     Stopwatch watch;
+    check_depth(camera);
     make_textures(camera);
     watch.add_to(prepare);
     stats.prepare = prepare;
-    ShadowPass* const maps = draw_shadows(options);
+    const std::span<const ShadowMap> maps = draw_shadows(options);
     const std::span<const SmoothLight> shaded = shade_around(options);
     stats.remarks = remarks;
-    if (maps != nullptr) {
-      watch.add_to(stats.shadows);
-      if (maps->views().size() < options.lights.size())
-        stats.remarks.push_back(
-            fmt::format("{} of {} lights cast no shadows: points, wide cones, and lights after the first {}",
-                        options.lights.size() - maps->views().size(), options.lights.size(), max_shadows));
-    }
+    if (options.shadows > 0) watch.add_to(stats.shadows);
+    if (options.shadows > 0 && maps.size() < options.lights.size())
+      stats.remarks.push_back(
+          fmt::format("{} of {} lights cast no shadows: points, wide cones, and lights after the first {}",
+                      options.lights.size() - maps.size(), options.lights.size(), max_shadows));
+    if (std::ranges::any_of(maps, [&](const ShadowMap& map) { return map.view.size < options.shadows; }))
+      stats.remarks.push_back(
+          fmt::format("shadows of lights are coarser: more than {} surfaces lie behind each other",
+                      Occluders::max_covered));
     frame.width = size.width;
     frame.height = size.height;
     frame.pixels.resize(frame.width * frame.height);
@@ -279,7 +306,7 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Dr
   return result_of([&] {
     value_or_throw(s.context->make_current());
     s.make_textures(camera);
-    ShadowPass* const shadows = s.draw_shadows(options);
+    const std::span<const ShadowMap> shadows = s.draw_shadows(options);
     return s.path->probe({camera, options, shadows, s.shade_around(options), s.reflect(options)}, pixel);
   });
 }

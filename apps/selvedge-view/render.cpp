@@ -40,8 +40,16 @@ struct Drawn {
   RenderStats stats;        ///< sums over the frames
   AccuratePicture picture;  ///< the first frame; without a time the others have its supersampling
   std::vector<std::string> outputs;
+  float brightest = 0;  ///< sRGB value of the frames, over black
   double write_seconds = 0;
 };
+
+/// The largest sRGB value of a frame over black.
+float brightest(const Frame& frame, DisplayOptions display) {
+  display.background = V3f(0, 0, 0);
+  const Image image = to_display_image(frame, display);
+  return linear_to_srgb(std::ranges::max(image.pixels));
+}
 
 /// Draws all frames into temporary files.
 Drawn draw(const Shot& shot, PictureGoal goal, const std::vector<AtomicFile>& files) {
@@ -66,6 +74,7 @@ Drawn draw(const Shot& shot, PictureGoal goal, const std::vector<AtomicFile>& fi
       value_or_throw(renderer->draw(camera, options, frame, stats));
     }
     add(stats, drawn.stats);
+    drawn.brightest = std::max(drawn.brightest, brightest(frame, shot.look.display));
     Stopwatch watch;
     for (std::size_t i = 0; i < files_per_frame; ++i, ++file) {
       drawn.outputs.push_back(file->path());
@@ -78,6 +87,43 @@ Drawn draw(const Shot& shot, PictureGoal goal, const std::vector<AtomicFile>& fi
     watch.add_to(drawn.write_seconds);
   }
   return drawn;
+}
+
+constexpr float black = 2.0F / 255;
+
+/// What is left of the first frame's light, drawn small, without the fabrics.
+bool is_black_undressed(const Shot& shot) {
+  Scene scene = shot.scene;
+  for (SceneMaterial& material : scene.materials) material.fabric.reset();
+  RenderOptions options = shot.options;
+  options.width = 64;
+  options.height = std::max(1, 64 * shot.options.height / shot.options.width);
+  options.supersample = 1;
+  options.lights = shot.look.all_lights(shot.cameras.front());
+  const Frame frame = value_or_throw(render(scene, {}, shot.cameras.front(), options));
+  return brightest(frame, shot.look.display) < black;
+}
+
+/// Why a picture shows next to nothing, in a line; or empty.
+std::string emptiness(const RenderCommand& command, const Shot& shot, const Drawn& drawn) {
+  const RenderStats& stats = drawn.stats;
+  if (stats.covered_pixels == 0)
+    return "no pixel shows the scene: it is out of the camera's sight, or all clear";
+  const bool dressed = std::ranges::any_of(shot.scene.materials,
+                                           [](const auto& material) { return material.fabric.has_value(); });
+  if (dressed && stats.cloth_pixels == 0) return "no pixel shows cloth";
+  if (drawn.brightest < black) {
+    return dressed && !is_black_undressed(shot)
+               ? "the picture is black; without its fabrics the scene is not"
+               : "the picture is black: the light, the exposure or all colours are";
+  }
+  const double fraction = static_cast<double>(stats.cloth_pixels) / static_cast<double>(stats.covered_pixels);
+  const PictureOptions& picture = command.picture;
+  const bool is_default = !command.has_side && command.camera_of_file.empty() && picture.camera.zoom == 1 &&
+                          !picture.camera.distance && !picture.camera.look_at;
+  if (dressed && is_default && fraction < 0.01)
+    return fmt::format("cloth shows in {:.2g} % of the pixels that show the scene", 100 * fraction);
+  return "";
 }
 
 Json to_json(const RenderStats& stats) {
@@ -150,6 +196,8 @@ Result<int> run(const RenderCommand& command) {
   if (drawn.picture.magnified > 1)
     remarks.push_back(
         fmt::format("--seconds allows one ray for {0} x {0} pixels, magnified", drawn.picture.magnified));
+  if (std::string empty = emptiness(command, shot, drawn); !empty.empty())
+    remarks.push_back(std::move(empty));
   all["remarks"] = remarks;
   const auto environment =
       shot.look.environment ? shot.look.environment->remarks : std::vector<std::string>();

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
+#include <cstdint>
 #include <set>
 #include <vector>
 
@@ -12,26 +12,35 @@ namespace {
 
 using nlohmann::json;
 
-/// Follows a parser by its callback.
-class JsonGuard {
- public:
-  explicit JsonGuard(JsonLimits& limits) : limits_(limits) {}
+/// Builds a value, and counts what it has. (With a callback instead the library would look through an array
+/// again after each of its objects.)
+class JsonBuilder : public nlohmann::detail::json_sax_dom_parser<json> {
+  using Base = nlohmann::detail::json_sax_dom_parser<json>;
 
-  bool operator()(int /*depth*/, json::parse_event_t event, json& parsed) {
-    using Event = json::parse_event_t;
-    if (event == Event::object_end || event == Event::array_end) {
-      open_.pop_back();
-    } else if (event == Event::key) {
-      add_member(parsed.get_ref<const std::string&>());
-    } else {
-      if (limits_.values-- == 0) throw JsonFault{JsonFault::Kind::values, {}};
-      if (!open_.empty()) ++open_.back().count;
-      if (event != Event::value) {
-        open_.push_back({event == Event::array_start, 0, {}, {}});
-        if (static_cast<int>(open_.size()) > limits_.nesting) throw JsonFault{JsonFault::Kind::nesting, {}};
-      }
-    }
-    return true;
+ public:
+  JsonBuilder(json& value, JsonLimits& limits) : Base(value), limits_(limits) {}
+
+  bool null() { return add_value() && Base::null(); }
+  bool boolean(bool value) { return add_value() && Base::boolean(value); }
+  bool number_integer(std::int64_t value) { return add_value() && Base::number_integer(value); }
+  bool number_unsigned(std::uint64_t value) { return add_value() && Base::number_unsigned(value); }
+  bool number_float(double value, const std::string& text) {
+    return add_value() && Base::number_float(value, text);
+  }
+  bool string(std::string& value) { return add_value() && Base::string(value); }
+  bool start_object(std::size_t size) { return open(false) && Base::start_object(size); }
+  bool start_array(std::size_t size) { return open(true) && Base::start_array(size); }
+  bool key(std::string& name) {
+    add_member(name);
+    return Base::key(name);
+  }
+  bool end_object() {
+    open_.pop_back();
+    return Base::end_object();
+  }
+  bool end_array() {
+    open_.pop_back();
+    return Base::end_array();
   }
 
  private:
@@ -42,6 +51,19 @@ class JsonGuard {
     std::string step;
     std::set<std::string> members;
   };
+
+  bool add_value() {
+    if (limits_.values-- == 0) throw JsonFault{JsonFault::Kind::values, {}};
+    if (!open_.empty()) ++open_.back().count;
+    return true;
+  }
+
+  bool open(bool is_array) {
+    add_value();
+    open_.push_back({is_array, 0, {}, {}});
+    if (static_cast<int>(open_.size()) > limits_.nesting) throw JsonFault{JsonFault::Kind::nesting, {}};
+    return true;
+  }
 
   void add_member(const std::string& name) {
     Level& object = open_.back();
@@ -63,8 +85,10 @@ class JsonGuard {
 }  // namespace
 
 json parse_json(std::string_view text, JsonLimits& limits) {
-  JsonGuard guard(limits);
-  return json::parse(text, std::ref(guard));
+  json value;
+  JsonBuilder builder(value, limits);
+  json::sax_parse(text, &builder);
+  return value;
 }
 
 json parse_json(std::string_view text) {

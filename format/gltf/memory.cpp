@@ -54,6 +54,18 @@ Result<MemoryAccount> check_drawable(const Scene& scene, std::uint64_t limit) {
         !account.take(primitive.indices.size() / 3, bytes_per::placed_triangle))
       return refuse("its instances");
   }
+  // A picture of one colour has a thousandth of its pixels in bytes, and takes as long as any other.
+  std::uint64_t pixels = 0;
+  for (const auto& [image, colour] : drawn_pictures(scene)) {
+    const std::uint64_t bytes = scene.images[image].bytes.size();
+    const std::uint64_t size = std::min(picture_pixels(scene.images[image].bytes), std::uint64_t{1} << 40);
+    pixels += size - std::min(size, bytes * backed_pixels);
+  }
+  if (pixels > max_unbacked_pixels) {
+    return fail(Code::file_too_large, scene.file, "",
+                fmt::format("its pictures have {} million pixels more than {} a byte", pixels / 1'000'000,
+                            backed_pixels));
+  }
   std::uint64_t encoded = 0;
   for (const SceneImage& image : scene.images) encoded += image.bytes.size();
   // The renderer has its own, and decoding copies what is needed of one.

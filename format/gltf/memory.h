@@ -24,6 +24,10 @@ inline constexpr std::uint64_t decoding = 24;      ///< of the largest texture, 
 inline constexpr std::uint64_t encoded_pixel = 8;  ///< of the largest picture, while it is decoded
 }  // namespace bytes_per
 
+/// Pixels that pictures may have for each of their bytes, and beyond that together.
+inline constexpr std::uint64_t backed_pixels = 32;
+inline constexpr std::uint64_t max_unbacked_pixels = std::uint64_t{1} << 29;
+
 /// The memory that a scene and its encoded pictures leave of `limit` bytes when they are drawn;
 /// FILE_TOO_LARGE beyond it. Textures come on top, by what a frame shows of them
 /// (viewer/light/picture_textures.h).

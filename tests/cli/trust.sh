@@ -138,12 +138,15 @@ test_garments_that_declare_more_than_the_memory_are_refused_before_they_take_it(
     exits 1 greedy selvedge check $file.gltf quad.gltf
     grep -qE "^selvedge: error: $file.gltf: .*--max-memory.* \[FILE_TOO_LARGE\]$" "$scratch/err"
     grep -qF 'quad.gltf: gltf, good' "$scratch/out"
-    refuses FILE_TOO_LARGE --max-memory greedy selvedge-view render $file.gltf -o o.png
     [ $file != pictures ] || continue
+    refuses FILE_TOO_LARGE --max-memory greedy selvedge-view render $file.gltf -o o.png
     refuses FILE_TOO_LARGE --max-memory greedy selvedge info $file.gltf
     refuses FILE_TOO_LARGE --max-memory greedy selvedge plan $file.gltf
     refuses FILE_TOO_LARGE --max-memory greedy selvedge dress $file.gltf plane.fabric.exr -o o.glb --all
   done
+  refuses FILE_TOO_LARGE 'million pixels more than 32 a byte' greedy selvedge-view render pictures.gltf -o o.png
+  edited quad.gltf deep.gltf 'for (let i = 1; i < 1700; ++i) g.nodes.push({mesh: 0}), g.scenes[0].nodes.push(i);'
+  refuses FILE_TOO_LARGE 'surfaces lie behind each other at a pixel' selvedge-view render deep.gltf -o o.png --size 8x8
   # By default as well.
   exits 1 within 5300000 selvedge check instances.gltf pictures.gltf --quiet
   [ "$(grep -oE 'error: [a-z]+\.gltf: .*FILE_TOO_LARGE' "$scratch/err" | cut -d: -f2 | sort -u | wc -l)" = 2 ]

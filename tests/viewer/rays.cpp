@@ -10,9 +10,8 @@
 #include "format/base/parallel.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/footprint.h"
-#include "viewer/gl/context.h"
 #include "viewer/light/pbr_brdf.h"
-#include "viewer/light/shadow_pass.h"
+#include "viewer/light/shadow_maps.h"
 #include "viewer/raster/raster.h"
 
 namespace selvedge::test {
@@ -35,13 +34,9 @@ struct Garment {
 };
 
 void cast_shadows(Garment& garment, int size) {
-  const auto context = value_or_throw(make_osmesa_context());
-  value_or_throw(context->make_current());
-  const GlFunctions gl = value_or_throw(load_gl_functions(*context));
-  ShadowPass pass(gl, garment.mesh, garment.materials);
-  pass.draw(shadow_views(garment.lights, garment.mesh.positions, garment.origin, size));
-  const std::span<const ShadowMap> maps = pass.read();
-  garment.shadows.assign(maps.begin(), maps.end());
+  const Occluders occluders(garment.mesh, garment.materials);
+  for (const ShadowView& view : shadow_views(garment.lights, garment.mesh.positions, garment.origin, size))
+    garment.shadows.push_back(occluders.draw(view));
 }
 
 /// Change of a place on the surface, mm, and of its normal, to the next ray to the right and upwards.

@@ -9,7 +9,7 @@
 #include "format/scene/camera.h"
 #include "viewer/frame/options.h"
 #include "viewer/light/reflections.h"
-#include "viewer/light/shadow_pass.h"
+#include "viewer/light/shadows.h"
 #include "viewer/scene/fabric_sides.h"
 #include "viewer/scene/materials.h"
 #include "viewer/scene/mesh.h"
@@ -27,7 +27,7 @@ struct PreparedScene {
 struct FrameView {
   const Camera& camera;
   const DrawOptions& options;
-  ShadowPass* shadows = nullptr;  ///< the lights' shadow maps; null: no shadows
+  std::span<const ShadowMap> shadows{};  ///< of the lights; empty: no shadows
   /// Fraction of DrawOptions::around that reaches the vertices; empty: all.
   std::span<const SmoothLight> around_vertices{};
   std::shared_ptr<const Reflections> reflections = nullptr;  ///< of DrawOptions::environment; null: none

@@ -136,7 +136,7 @@ struct DrawOptions {
 struct RenderStats {
   double prepare = 0;   ///< context, vertices, fabrics; and the textures of all frames so far
   double project = 0;   ///< projecting vertices and sorting triangles into bands
-  double shadows = 0;   ///< drawing shadow maps, and reading them back for the CPU
+  double shadows = 0;   ///< drawing shadow maps
   double geometry = 0;  ///< drawing with OpenGL
   double read_back = 0;
   double evaluation = 0;  ///< texels, frames and shading on the CPU
@@ -144,6 +144,7 @@ struct RenderStats {
   std::int64_t triangles = 0;
   std::int64_t covered_pixels = 0;    ///< of the nearest layer, in the supersampled frame
   std::int64_t evaluated_pixels = 0;  ///< over all layers
+  std::int64_t cloth_pixels = 0;      ///< of these, with fabric that is not clear
   int layers = 0;                     ///< largest number in one pixel
   std::int64_t image_bytes = 0;       ///< the most that cell images took at once
   std::vector<std::string> remarks;   ///< options and materials that could not be honoured, one line each

@@ -21,11 +21,11 @@ struct GlFunctions {
   F(DrawElements) F(Enable) F(EnableVertexArrayAttrib) F(Finish) F(GenerateTextureMipmap) F(GetError) \
   F(GetProgramInfoLog) F(GetProgramiv) F(GetShaderInfoLog) F(GetShaderiv) F(LinkProgram) \
   F(NamedBufferStorage) F(NamedBufferSubData) F(NamedFramebufferDrawBuffers) \
-  F(NamedFramebufferReadBuffer) F(NamedFramebufferTexture) F(NamedFramebufferTextureLayer) \
-  F(PixelStorei) F(ReadPixels) F(SamplerParameteri) F(ShaderSource) F(StencilFunc) F(StencilOp) \
-  F(TextureParameteri) F(TextureStorage2D) F(TextureStorage3D) F(TextureSubImage2D) F(Uniform1f) \
-  F(Uniform1i) F(Uniform3f) F(Uniform4f) F(UseProgram) F(VertexArrayAttribBinding) \
-  F(VertexArrayAttribFormat) F(VertexArrayElementBuffer) F(VertexArrayVertexBuffer) F(Viewport)
+  F(NamedFramebufferReadBuffer) F(NamedFramebufferTexture) F(PixelStorei) F(ReadPixels) \
+  F(SamplerParameteri) F(ShaderSource) F(StencilFunc) F(StencilOp) F(TextureParameteri) \
+  F(TextureStorage2D) F(TextureSubImage2D) F(Uniform1f) F(Uniform1i) F(Uniform3f) F(Uniform4f) \
+  F(UseProgram) F(VertexArrayAttribBinding) F(VertexArrayAttribFormat) F(VertexArrayElementBuffer) \
+  F(VertexArrayVertexBuffer) F(Viewport)
 // clang-format on
 // NOLINTNEXTLINE(bugprone-macro-parentheses): the name of a member
 #define SELVEDGE_GL_MEMBER(name) decltype(&gl##name) name = nullptr;

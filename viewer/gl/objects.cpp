@@ -128,19 +128,13 @@ GLuint GlObjects::vertex_array() {
   return arrays_.back();
 }
 
-GLuint GlObjects::keep_texture(GLuint texture) { return textures_.emplace_back(texture); }
-
 GLuint GlObjects::plain_texture(GLenum format, int width, int height) {
-  return keep_texture(make_plain_texture(gl_, format, width, height));
-}
-
-GLuint GlObjects::framebuffer() {
-  gl_.CreateFramebuffers(1, &framebuffers_.emplace_back());
-  return framebuffers_.back();
+  return textures_.emplace_back(make_plain_texture(gl_, format, width, height));
 }
 
 GLuint GlObjects::framebuffer(std::span<const GLuint> colours, GLenum depth_attachment, GLuint depth) {
-  const GLuint made = framebuffer();
+  GLuint& made = framebuffers_.emplace_back();
+  gl_.CreateFramebuffers(1, &made);
   std::vector<GLenum> attachments;
   for (const GLuint colour : colours) {
     attachments.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(attachments.size()));

@@ -54,9 +54,6 @@ class GlObjects {
   }
   GLuint vertex_array();
   GLuint plain_texture(GLenum format, int width, int height);
-  /// Takes ownership of a texture.
-  GLuint keep_texture(GLuint texture);
-  GLuint framebuffer();
   /// A framebuffer with these render targets; colour k is output k.
   GLuint framebuffer(std::span<const GLuint> colours, GLenum depth_attachment, GLuint depth);
 

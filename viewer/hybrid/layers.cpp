@@ -55,6 +55,8 @@ class Painter {
       row_.y.fill(first.y);
       scene_.cells.sample(row_, seen_);
       std::memcpy(static_cast<void*>(to), seen_.pixels.data(), count * sizeof(V4f));
+      for (std::uint32_t left = cells; left != 0; left &= left - 1)
+        cloth_ += to[std::countr_zero(left)].w > 0 ? 1 : 0;
       for (std::uint32_t left = seen_.fills_holes; left != 0; left &= left - 1) {
         const int lane = std::countr_zero(left);
         if (lane < count && to[lane].w > 0) to[lane] /= to[lane].w;
@@ -66,7 +68,7 @@ class Painter {
       const SeenSurface surface = surfaces[lane];
       to[lane] = is_cell
                      ? change_cell(scene_, surface, x + lane, pixels_.first_row + y, pbr_at(lane), to[lane])
-                     : shade_pixel(scene_, surface, x + lane, pixels_.first_row + y, pbr_at(lane));
+                     : shade(surface, x + lane, y, pbr_at(lane));
     }
   }
 
@@ -75,7 +77,7 @@ class Painter {
     ++count_;
     if (!scene_.cells.shows(surface)) {
       V4f& pixel = at(x, y);
-      pixel += shade_pixel(scene_, surface, x, pixels_.first_row + y, pbr) * (1 - pixel.w);
+      pixel += shade(surface, x, y, pbr) * (1 - pixel.w);
       return;
     }
     const std::size_t lane = waiting_++;
@@ -97,6 +99,7 @@ class Painter {
     for (std::size_t lane = 0; lane < waiting_; ++lane) {
       const auto& [x, y] = at_[lane];
       V4f value = seen_.at(lane);
+      cloth_ += value.w > 0 ? 1 : 0;
       if ((seen_.fills_holes >> lane & 1) != 0 && value.w > 0) value /= value.w;
       if (!scene_.cells.is_plain(row_.surface[lane]))
         value = change_cell(scene_, row_.surface[lane], x, pixels_.first_row + y, pbr_[lane], value);
@@ -107,11 +110,19 @@ class Painter {
   }
 
   std::int64_t count() const { return count_; }
+  std::int64_t cloth() const { return cloth_; }
   /// Whether surfaces behind this one show.
   bool is_open(const V4f& pixel) const { return 1 - pixel.w >= min_transparency_; }
 
  private:
   V4f& at(int x, int y) { return pixels_.at(x, y); }
+  /// shade_pixel() of a pixel without a cell image.
+  V4f shade(SeenSurface surface, int x, int y, const PbrPixel& pbr) {
+    const V4f value = shade_pixel(scene_, surface, x, pixels_.first_row + y, pbr);
+    const MergedTriangle& triangle = scene_.prepared.mesh.triangles[surface / 2];
+    cloth_ += scene_.prepared.materials.surfaces[triangle.surface].fabric >= 0 && value.w > 0 ? 1 : 0;
+    return value;
+  }
 
   const FrameScene& scene_;
   const BandPixels& pixels_;
@@ -121,7 +132,7 @@ class Painter {
   std::array<PbrPixel, lane_count> pbr_;
   std::size_t waiting_ = 0;
   CellShading seen_;
-  std::int64_t count_ = 0;
+  std::int64_t count_ = 0, cloth_ = 0;
 };
 
 /// Composites the surfaces behind the nearest ones at deep pixels first ... end - 1.
@@ -240,6 +251,7 @@ class RowShader {
     if (painter_.count() > before) count_.layers = 2;
     paint_layers(painter_, layers_of_deep_, 0, layers_of_deep_.pixels(), layers_, pixels_, count_);
     count_.evaluated = painter_.count();
+    count_.cloth = painter_.cloth();
   }
 
   const LayerCount& count() const { return count_; }
@@ -310,6 +322,7 @@ class RowShader {
 LayerCount& LayerCount::operator+=(const LayerCount& b) {
   covered += b.covered;
   evaluated += b.evaluated;
+  cloth += b.cloth;
   layers = std::max(layers, b.layers);
   return *this;
 }
@@ -374,6 +387,7 @@ LayerCount shade_deep(const FrameScene& scene, CellPass& cells, DeepPixels& deep
     paint_layers(painter, layered, first, std::min(first + deep_pixels_per_task, count), layers, pixels,
                  counts[task]);
     counts[task].evaluated = painter.count();
+    counts[task].cloth = painter.cloth();
   });
   LayerCount sum;
   for (const LayerCount& part : counts) sum += part;

@@ -18,6 +18,7 @@ inline constexpr int max_layers = 64;
 struct LayerCount {
   std::int64_t covered = 0;    ///< pixels that are not empty
   std::int64_t evaluated = 0;  ///< over all layers
+  std::int64_t cloth = 0;      ///< of these, with fabric that is not clear
   int layers = 0;              ///< largest number in one pixel
   LayerCount& operator+=(const LayerCount& b);
 };

@@ -10,22 +10,22 @@
 
 namespace selvedge {
 
-void HybridPath::resize(const FrameSize& size) {
+void FrameRenderer::resize(const FrameSize& size) {
   bands_ = bands_of(size);
   layers_ = size.layers;
   pass_.resize(bands_);
 }
 
-FrameScene HybridPath::begin(const FrameView& view, const ProjectedVertices& projected) {
+FrameScene FrameRenderer::begin(const FrameView& view, const ProjectedVertices& projected) {
   FrameScene scene{scene_, view, projected, {}, cells_, kind_ == RenderPath::paper};
-  if (view.shadows != nullptr) scene.shadows = view.shadows->read();
+  scene.shadows = view.shadows;
   cells_.begin(view, !scene.paper, bands_.supersample, scene.shadows, projected);
   return scene;
 }
 
 /// Draws the first round of both sides of the cloth.
-void HybridPath::draw_nearest(TriangleLists lists, int first_row, int rows, std::array<DrawnSide, 2>& sides,
-                              Stopwatch& watch, RenderStats& stats) {
+void FrameRenderer::draw_nearest(TriangleLists lists, int first_row, int rows,
+                                 std::array<DrawnSide, 2>& sides, Stopwatch& watch, RenderStats& stats) {
   sides[0].list = std::move(lists.front);
   sides[1].list = std::move(lists.back);
   for (int side = 0; side < 2; ++side) pass_.draw(side, 0, first_row, sides[side].list);
@@ -36,8 +36,8 @@ void HybridPath::draw_nearest(TriangleLists lists, int first_row, int rows, std:
 }
 
 /// Draws the surfaces behind the first round at deep pixels.
-void HybridPath::draw_behind(int first_row, int rows, std::array<DrawnSide, 2>& sides, DeepPixels& deep,
-                             Stopwatch& watch, RenderStats& stats) {
+void FrameRenderer::draw_behind(int first_row, int rows, std::array<DrawnSide, 2>& sides, DeepPixels& deep,
+                                Stopwatch& watch, RenderStats& stats) {
   for (int side = 0; side < 2; ++side) {
     DrawnSide& drawn = sides[side];
     deep.add_round(side, 0, drawn);
@@ -53,7 +53,8 @@ void HybridPath::draw_behind(int first_row, int rows, std::array<DrawnSide, 2>& 
 }
 
 /// Shades a band into the frame. Draws only if the scene has surfaces without fabric.
-void HybridPath::shade(const FrameScene& scene, int first_row, Band& band, Frame& frame, RenderStats& stats) {
+void FrameRenderer::shade(const FrameScene& scene, int first_row, Band& band, Frame& frame,
+                          RenderStats& stats) {
   Stopwatch watch;
   const BandPixels pixels = pixels_of(bands_, first_row, frame, band.large);
   DeepPixels deep;
@@ -66,17 +67,14 @@ void HybridPath::shade(const FrameScene& scene, int first_row, Band& band, Frame
   watch.add_to(stats.evaluation);
   stats.covered_pixels += seen.covered;
   stats.evaluated_pixels += seen.evaluated;
+  stats.cloth_pixels += seen.cloth;
   stats.layers = std::max(stats.layers, seen.layers);
   filter_band(bands_, first_row, band.large, frame);
   watch.add_to(stats.filter);
 }
 
-void HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
+void FrameRenderer::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
   Stopwatch watch;
-  if (view.shadows != nullptr) {
-    view.shadows->read();
-    watch.add_to(stats.shadows);
-  }
   const ProjectedVertices projected =
       project(scene_.mesh, clip_matrix(view.camera, scene_.origin), bands_.width, bands_.height);
   const bool casts = this->casts(view.options);
@@ -128,7 +126,7 @@ void HybridPath::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
   }
 }
 
-std::optional<PixelProbe> HybridPath::probe(const FrameView& view, const V2i& pixel) {
+std::optional<PixelProbe> FrameRenderer::probe(const FrameView& view, const V2i& pixel) {
   Stopwatch watch;
   RenderStats unwanted;
   const int row = bands_.height - 1 - pixel.y;

@@ -1,4 +1,5 @@
-// The hybrid path (paper section 6): OpenGL writes triangle numbers, the CPU finds texels and shades them.
+// Draws frames on all paths (RenderPath; paper section 6): OpenGL or the CPU finds the triangles at the
+// pixels, the CPU their texels and light.
 #pragma once
 
 #include <array>
@@ -13,12 +14,12 @@
 namespace selvedge {
 
 /// Throws GRAPHICS_UNAVAILABLE where OpenGL fails.
-class HybridPath {
+class FrameRenderer {
  public:
   /// `gl` and `scene` must outlive the object. With RenderPath::paper, what OpenGL would write in the
   /// published path is rounded to its colours of 8 bits, nearest texels alone; with RenderPath::raster, the
   /// CPU finds the triangles, if all surfaces have a fabric.
-  HybridPath(const GlFunctions& gl, const PreparedScene& scene, const FrameSize& size, RenderPath kind)
+  FrameRenderer(const GlFunctions& gl, const PreparedScene& scene, const FrameSize& size, RenderPath kind)
       : scene_(scene),
         kind_(kind),
         bands_(bands_of(size)),

@@ -17,6 +17,7 @@ VisibilityPass::VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh
                                const FrameBands& bands)
     : gl_(gl),
       mesh_(mesh),
+      materials_(materials.surfaces),
       pbr_(gl, mesh, materials),
       objects_(gl),
       target_objects_(gl),
@@ -84,13 +85,15 @@ void VisibilityPass::draw(int side, int round, int first_row, std::span<const st
   gl_.UseProgram(programs_[round == 0 ? 0 : 1]);
   if (round > 0) gl_.BindTextureUnit(depth_unit, targets[(round + 1) % 2].depth);
   gl_.BindVertexArray(array_);
-  // Without such materials OpenGL can draw all surfaces in one call.
+  // One call for the surfaces of a material, or for all where none has a PbrPixel.
   std::size_t first = 0;
   while (first < triangles.size()) {
     const std::uint32_t surface = mesh_.triangles[triangles[first]].surface;
     std::size_t end = triangles.size();
     if (pbr_.needed()) {
-      const auto other = [&](std::uint32_t t) { return mesh_.triangles[t].surface != surface; };
+      const auto other = [&](std::uint32_t t) {
+        return materials_[mesh_.triangles[t].surface].material != materials_[surface].material;
+      };
       end = std::find_if(triangles.begin() + static_cast<std::ptrdiff_t>(first), triangles.end(), other) -
             triangles.begin();
     }

@@ -1,5 +1,6 @@
 // The geometry pass (paper section 6, without its limits): OpenGL writes the number of the visible triangle
-// per pixel, and nothing else. Front and back of the cloth are drawn separately, which gives two layers of
+// per pixel and its depth, of the first round the number of surfaces, and of materials without fabric colour
+// and PbrPixel. Front and back of the cloth are drawn separately, which gives two layers of
 // depth at the price of one; further rounds peel the layers behind them.
 #pragma once
 
@@ -57,6 +58,7 @@ class VisibilityPass {
  private:
   const GlFunctions& gl_;
   const MergedSurfaces& mesh_;
+  const std::vector<SurfaceMaterial>& materials_;
   PbrInputs pbr_;
   GlObjects objects_;
   GlObjects target_objects_;

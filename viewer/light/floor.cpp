@@ -22,12 +22,16 @@ constexpr double sky = 0.6;   ///< fraction of an even sky in the light
 std::vector<float> lower_side(const MergedSurfaces& mesh, const Floor& floor) {
   std::vector<float> heights(side * side, std::numeric_limits<float>::infinity());
   const double cells = side / floor.width;
+  constexpr int max_points = 1 << 26;  // of all triangles; of those after them the corners
+  int points = 0;
   for (const MergedTriangle& triangle : mesh.triangles) {
     const V3d a(mesh.positions[triangle.corners[0]]);
     const V3d b = V3d(mesh.positions[triangle.corners[1]]) - a;
     const V3d c = V3d(mesh.positions[triangle.corners[2]]) - a;
     const double longest = std::max({b.length(), c.length(), (c - b).length()});
-    const int steps = std::clamp(static_cast<int>(2 * longest * cells) + 1, 1, 2 * side);
+    const int steps =
+        points > max_points ? 1 : std::clamp(static_cast<int>(2 * longest * cells) + 1, 1, 2 * side);
+    points += steps * steps / 2;
     for (int i = 0; i <= steps; ++i) {
       for (int j = 0; j <= steps - i; ++j) {
         const V3d p = a + b * (static_cast<double>(i) / steps) + c * (static_cast<double>(j) / steps);

@@ -58,8 +58,8 @@ inline V3f pbr_brdf(const PbrPoint& m, const V3f& n, const V3f& v, const V3f& l)
 
 /// Radiance reflected from light from all around: `mean`: of a white Lambertian surface, `mirrored`
 /// what the lobe gathers, and of even light its specular part reflects f0 * scale + bias (reflections.h).
-/// Light that the formula loses between facets comes back, as often as they mirror it (Fdez-Aguera 2019): a
-/// white metal in even light cannot be seen.
+/// Multiple scattering between facets is added as Fdez-Aguera 2019 does: a white metal in even light cannot
+/// be seen.
 inline V3f pbr_around(const PbrPoint& m, float scale, float bias, const V3f& mean, const V3f& mirrored) {
   const float lost = 1 - scale - bias;
   const auto once = [&](float f0) { return f0 * scale + bias; };

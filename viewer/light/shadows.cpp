@@ -9,6 +9,11 @@
 namespace selvedge {
 namespace {
 
+/// Texels by which a point leaves its surface before the look-up, so that the surface does not shadow itself:
+/// along the normal, times the sine between normal and light; and towards the light. They suffice for planes:
+/// the farthest tap is less than 2 sqrt(2) texels away.
+constexpr float normal_offset = 3;
+constexpr float light_offset = 0.5F;
 /// Margin in texels, for taps beyond the scene.
 constexpr double margin = 4;
 /// Maximum half angle of a spot with a shadow map.
@@ -101,14 +106,26 @@ std::vector<ShadowView> shadow_views(std::span<const Light> lights, std::span<co
   return views;
 }
 
+ShadowView halved(const ShadowView& view) {
+  ShadowView half = view;
+  half.size = view.size / 2;
+  const auto middle = 0.5F * static_cast<float>(view.size);
+  const auto inner = static_cast<float>(2 * margin);
+  const float scale = (static_cast<float>(half.size) - inner) / (static_cast<float>(view.size) - inner);
+  for (int k = 0; k < 2; ++k)
+    half.rows[k] = (view.rows[k] - view.rows[3] * middle) * scale +
+                   view.rows[3] * (0.5F * static_cast<float>(half.size));
+  half.texel = view.texel / scale;
+  return half;
+}
+
 float shadow_visibility(const ShadowMap& map, const V3f& point, const V3f& normal, const V3f& light) {
   const float cosine = normal.dot(light);
   if (!(cosine > 0)) return 0;
   const ShadowView& view = map.view;
   const float texel = view.texel * along(view.rows[3], point);
   const float sine = std::sqrt(std::max(1 - cosine * cosine, 0.0F));
-  const V3f p =
-      point + normal * (texel * shadow_normal_offset * sine) + light * (texel * shadow_light_offset);
+  const V3f p = point + normal * (texel * normal_offset * sine) + light * (texel * light_offset);
   const float w = along(view.rows[3], p);
   if (!(w > 0)) return 1;
   const V3f in_map = V3f(along(view.rows[0], p), along(view.rows[1], p), along(view.rows[2], p)) / w;

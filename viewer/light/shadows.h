@@ -17,8 +17,6 @@ inline constexpr int default_shadow_size = 2048;
 /// Maximum number of lights that cast shadows; others shine through everything.
 inline constexpr std::size_t max_shadows = 16;
 
-#include "viewer/light/shadow_offsets.glsl"
-
 /// The projection of a light. A point p (m, relative to the surfaces' origin) lies at (x, y, z, w) = rows *
 /// (p, 1): at the texels (x / w, y / w) of the map, (0, 0) being the outer corner of the first texel of the
 /// first row, at the depth z / w in [0, 1].
@@ -38,6 +36,9 @@ inline float along(const V4f& row, const V3f& p) { return row.x * p.x + row.y * 
 /// its cone.
 std::vector<ShadowView> shadow_views(std::span<const Light> lights, std::span<const V3f> positions,
                                      const V3d& origin, int size);
+
+/// The same view at half the size.
+ShadowView halved(const ShadowView& view);
 
 struct ShadowMap {
   ShadowView view;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "format/fabric/smooth_light.h"
-#include "viewer/light/shadow_pass.h"
+#include "viewer/light/shadow_maps.h"
 
 namespace selvedge {
 
@@ -16,9 +16,8 @@ struct SkyVisibility {
   std::vector<std::uint8_t> fractions;  ///< [vertex][direction], of 255
 };
 
-/// Draws shadow maps towards the directions, without OpenGL, which takes ten times as long. Holes of fabrics
-/// are ignored, as they are for lamps, and masks are not.
-SkyVisibility sky_visibility(const MergedSurfaces& mesh, const Materials& materials);
+/// Draws shadow maps towards the directions. `occluders`: of `mesh`.
+SkyVisibility sky_visibility(const MergedSurfaces& mesh, const Occluders& occluders);
 
 /// Smooth light as each vertex sees it; exact where nothing hides it.
 std::vector<SmoothLight> light_at_vertices(const SkyVisibility& visibility, const SmoothLight& light);

@@ -11,7 +11,8 @@ namespace selvedge {
 
 /// The properties of a material that geometry passes need.
 struct SurfaceMaterial {
-  int fabric = -1;  ///< index into the fabrics; -1: a core material
+  int fabric = -1;    ///< index into the fabrics; -1: a core material
+  int material = -1;  ///< Surface::material
   V4f base_color{1, 1, 1, 1};
   float opaque_from = 0;  ///< nothing is drawn if the opacity of the base colour, or of the mask, is less
   bool keeps_opacity = false;  ///< else base colour and fabric count as opaque

@@ -116,6 +116,7 @@ Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& s
       if (material.alpha_mode == AlphaMode::mask) drawn.opaque_from = material.alpha_cutoff;
     }
     drawn.culls_back = !material.double_sided;
+    drawn.material = surface.material;
     result.surfaces.push_back(drawn);
     result.pbr.push_back(pbr);
   }

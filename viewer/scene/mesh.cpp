@@ -130,6 +130,33 @@ ProjectedVertices project(const MergedSurfaces& mesh, const M44d& clip, int widt
   return projected;
 }
 
+double mean_depth(const MergedSurfaces& mesh, const ProjectedVertices& projected) {
+  double area = 0;  // in frames
+  for (const MergedTriangle& triangle : mesh.triangles) {
+    std::array<V2d, 3> places;
+    std::array<int, 5> outside{};  // corners beyond a side, or behind the viewer
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Imath::V4d p(projected.clip[triangle.corners[k]]);
+      places[k] = V2d(p.x, p.y) / p.w;
+      outside[0] += p.x < -p.w ? 1 : 0;
+      outside[1] += p.x > p.w ? 1 : 0;
+      outside[2] += p.y < -p.w ? 1 : 0;
+      outside[3] += p.y > p.w ? 1 : 0;
+      outside[4] += p.w > 0 ? 0 : 1;
+    }
+    if (std::ranges::find(outside, 3) != outside.end()) continue;
+    const double whole = std::abs((places[1] - places[0]).cross(places[2] - places[0])) / 8;
+    V2d size(2, 2);
+    for (int k = 0; k < 2 && outside[4] == 0; ++k) {
+      const auto [low, high] = std::minmax({places[0][k], places[1][k], places[2][k]});
+      size[k] = std::min(high, 1.0) - std::max(low, -1.0);
+    }
+    const double within = size.x * size.y / 4;
+    area += outside[4] == 0 ? std::min(whole, within) : within;
+  }
+  return area;
+}
+
 namespace {
 
 /// Adds a triangle to the list of its visible side, if there is one.

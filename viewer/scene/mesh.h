@@ -71,6 +71,9 @@ struct ProjectedVertices {
 /// `clip`: world -> clip (camera.h), for coordinates relative to the surfaces' origin.
 ProjectedVertices project(const MergedSurfaces& mesh, const M44d& clip, int width, int height);
 
+/// Triangles behind each other at a pixel, the mean over the frame. Parts beyond the frame do not count.
+double mean_depth(const MergedSurfaces& mesh, const ProjectedVertices& projected);
+
 /// Triangles by the visible side, in the order of the mesh.
 struct TriangleLists {
   std::vector<std::uint32_t> front;

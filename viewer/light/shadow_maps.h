@@ -1,0 +1,49 @@
+// Draws shadow maps on the CPU.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "format/picture/image.h"
+#include "viewer/light/shadows.h"
+#include "viewer/scene/materials.h"
+#include "viewer/scene/mesh.h"
+
+namespace selvedge {
+
+/// The surfaces that cast shadows: all except glTF materials with alpha mode BLEND. Holes of fabrics, and
+/// masks of materials without one, are ignored. Masks of fabrics are decoded at most 1024 pixels wide and
+/// high, so that shadows are the same from wherever they are seen.
+class Occluders {
+ public:
+  /// `mesh` must outlive the object.
+  Occluders(const MergedSurfaces& mesh, const Materials& materials);
+  /// Bytes that the masks take (--max-memory).
+  static std::uint64_t mask_bytes(const Materials& materials);
+
+  /// Draws the map of a view, and with `opposite` the one from the other side of the scene, whose depths grow
+  /// towards the light. Where triangles cover more than `max_covered` times its texels, the map is halved
+  /// until they do not.
+  ShadowMap draw(const ShadowView& view, ShadowMap* opposite = nullptr) const;
+  static constexpr int max_covered = 256;
+
+ private:
+  /// A picture whose alpha cuts a surface.
+  struct Mask {
+    std::shared_ptr<const Image> image;
+    MaterialTexture texture;
+    float cutoff = 0;
+    bool cuts(const V2f& uv) const;
+  };
+
+  bool draw_into(ShadowMap& map, ShadowMap* opposite, double max_work, double& done) const;
+
+  const MergedSurfaces& mesh_;
+  std::vector<std::uint32_t> triangles_;
+  std::vector<std::optional<Mask>> masks_;  ///< of surfaces
+};
+
+}  // namespace selvedge
