@@ -136,7 +136,7 @@ test_garments_that_declare_more_than_the_memory_are_refused_before_they_take_it(
   greedy() { within 2000000 "$@" --max-memory 1G; }
   for file in instances pictures; do
     exits 1 greedy selvedge check $file.gltf quad.gltf
-    grep -qE "^selvedge: error: $file.gltf: .*--max-memory.* \[FILE_TOO_LARGE\]$" "$scratch/err"
+    grep -qE "^selvedge: error: $file.gltf: .*(--max-memory|32 a byte).* \[FILE_TOO_LARGE\]$" "$scratch/err"
     grep -qF 'quad.gltf: gltf, good' "$scratch/out"
     [ $file != pictures ] || continue
     refuses FILE_TOO_LARGE --max-memory greedy selvedge-view render $file.gltf -o o.png
@@ -159,6 +159,18 @@ test_garments_that_declare_more_than_the_memory_are_refused_before_they_take_it(
   # 2.4 GB of text in a picture of 2.3 MB.
   edited quad.gltf texts.gltf "$(picture_from texts.png)"
   exits 0 greedy selvedge-view render texts.gltf -o o.png --size 8x8
+}
+
+test_pictures_that_show_nothing_have_a_remark() {
+  make_plane_fabric
+  write_quad quad.gltf
+  exits 0 selvedge dress quad.gltf plane.fabric.exr -o d.glb --all --quiet
+  notes() { exits 0 selvedge-view render "$2" -o o.png --size 16x16 "${@:3}"; grep -qF "note: $1" "$scratch/err" || fail "$(cat "$scratch/err")"; }
+  notes 'no pixel shows the scene' d.glb --look-at 100,0,0 --distance 1
+  notes 'the picture is black' d.glb --exposure 0
+  notes 'the picture is black' quad.gltf --exposure 0
+  exits 0 selvedge-view render d.glb -o o.png --size 16x16
+  [ ! -s "$scratch/err" ] || fail "$(cat "$scratch/err")"
 }
 
 test_fabrics_whose_levels_do_not_fit_into_the_memory_are_refused() {
