@@ -13,8 +13,8 @@ namespace {
 constexpr int min_points = 6;
 constexpr int min_points_of_many = 4;
 constexpr int many_texels = 1 << 12;
-/// Bytes of the points under all lights at once.
-constexpr std::size_t max_bytes = std::size_t{8} << 20;
+/// Bytes of the points under the lights that are sampled together.
+constexpr std::size_t max_point_bytes = std::size_t{8} << 20;
 /// The detail with which strands and hairs are seen; less where there are more hairs than so many for a
 /// point: each is shaded under every light. Twill loses less than 0.1 dB of its finest level.
 constexpr float max_detail = 64;
@@ -23,7 +23,16 @@ constexpr float shadow_texels = 4;
 constexpr float piece_texels = 0.5F;
 constexpr std::size_t shadow_bytes = std::size_t{96} << 20;
 
+V3f rgb(const Group& group) { return {group[0], group[1], group[2]}; }
+
 }  // namespace
+
+struct YarnSampler::Scratch {
+  CellScratch cell;
+  /// [texel][light]: sums over the points of one colour, over the number of all points; opacity is that of
+  /// the first light.
+  std::array<std::vector<Group>, 2> halves;
+};
 
 struct YarnSampler::SideOfYarn {
   Yarns yarns;
@@ -101,54 +110,47 @@ YarnSampler::YarnSampler(const YarnData& lit, const YarnCell& cell, float plane,
 
 YarnSampler::~YarnSampler() = default;
 
-std::array<YarnSampler::Half, 2> YarnSampler::halves(const V3f& from, std::span<const V3f> lights,
-                                                     int samples, std::vector<V3f>* normals) const {
-  const bool behind = from.z < 0;
+void YarnSampler::sample(const V3f& direction, std::span<const V3f> lights, int samples, CellShadows& shadows,
+                         std::vector<V3f>* normals, Scratch& scratch) const {
+  const bool behind = direction.z < 0;
   const SideOfYarn& side = *sides_[behind ? 1 : 0];
-  const auto texels = static_cast<std::size_t>(texels_.x) * static_cast<std::size_t>(texels_.y);
   const int points = static_cast<int>(std::lround(std::sqrt(samples)));
   CellView view;
-  view.view = behind ? mirrored(from) : from;
+  view.view = behind ? mirrored(direction) : direction;
   view.size = {texels_ * points, V2i(points, points), points};
-  view.detail = side.detail_of(static_cast<float>(texels * points * points),
-                               side.yarns.period().x / static_cast<float>(texels_.x));
+  const std::size_t plane = view.size.count();
+  view.detail =
+      side.detail_of(static_cast<float>(plane), side.yarns.period().x / static_cast<float>(texels_.x));
   view.shadow_texels = shadow_texels;
   view.piece_pixels = piece_texels;
-  std::array<Half, 2> result;
-  for (Half& half : result) {
-    half.alpha.assign(texels, 0);
-    half.radiance.assign(texels * lights.size(), V3f(0, 0, 0));
-  }
-  const std::size_t plane = texels * points * points;
-  const std::size_t at_once = std::clamp<std::size_t>(max_bytes / (plane * sizeof(Group)), 1, lights.size());
-  CellScratch scratch;
+  const auto texels = static_cast<std::size_t>(texels_.x) * static_cast<std::size_t>(texels_.y);
+  for (std::vector<Group>& half : scratch.halves) half.assign(texels * lights.size(), Group{});
+  const std::size_t at_once =
+      std::clamp<std::size_t>(max_point_bytes / (plane * sizeof(Group)), 1, lights.size());
   for (std::size_t first = 0; first < lights.size(); first += at_once) {
     const auto some = lights.subspan(first, std::min(at_once, lights.size() - first));
     view.planes = static_cast<int>(some.size());
     view.lamps.clear();
     for (int l = 0; l < view.planes; ++l)
       view.lamps.push_back({behind ? mirrored(some[l]) : some[l], V3f(1, 1, 1), l});
-    make_yarn_samples({&side.cell, &side.shadows, nullptr}, view, scratch);
-    for (std::size_t l = 0; l < some.size(); ++l)
-      add_points(std::span(scratch.raw).subspan(l * plane, plane), points, (first + l) * texels,
-                 first + l == 0, result);
+    make_yarn_samples({&side.cell, &shadows, nullptr}, view, scratch.cell);
+    add_points(points, lights.size(), first, some.size(), scratch);
   }
-  if (normals != nullptr) side.add_normals(scratch.seen, view, texels_, *normals);
-  return result;
+  if (normals != nullptr) side.add_normals(scratch.cell.seen, view, texels_, *normals);
 }
 
-void YarnSampler::add_points(std::span<const Group> raw, int points, std::size_t begin, bool opacity,
-                             std::array<Half, 2>& halves) const {
+void YarnSampler::add_points(int points, std::size_t lights, std::size_t first, std::size_t count,
+                             Scratch& scratch) const {
   const float part = 1 / static_cast<float>(points * points);
   const int width = texels_.x * points;
+  const float* point = scratch.cell.raw.front().data();
   for (int row = 0; row < texels_.y * points; ++row) {
     // Rows begin with the lowest, texels with the topmost.
     const std::size_t texel = static_cast<std::size_t>(texels_.y - 1 - row / points) * texels_.x;
     for (int column = 0; column < width; ++column) {
-      const Group& point = raw[static_cast<std::size_t>(row) * width + column];
-      Half& half = halves[(row + column) % 2];
-      half.radiance[begin + texel + column / points] += V3f(point[0], point[1], point[2]) * part;
-      if (opacity) half.alpha[texel + column / points] += part * point[3];
+      float* const sum =
+          scratch.halves[(row + column) % 2][(texel + column / points) * lights + first].data();
+      for (std::size_t k = 0; k < 4 * count; ++k) sum[k] += *point++ * part;
     }
   }
 }
@@ -156,16 +158,23 @@ void YarnSampler::add_points(std::span<const Group> raw, int points, std::size_t
 ViewSamples YarnSampler::view(const V3f& view, std::span<const V3f> lights, int samples,
                               NoiseSum& noise) const {
   ViewSamples out;
-  out.normal.assign(static_cast<std::size_t>(texels_.x) * texels_.y, V3f(0, 0, 0));
-  const auto [a, b] = halves(view, lights, samples, &out.normal);
-  for (std::size_t t = 0; t < a.alpha.size(); ++t)
-    out.alpha.push_back(std::min(1.0F, a.alpha[t] + b.alpha[t]));
-  for (std::size_t i = 0; i < a.radiance.size(); ++i) {
-    const V3f sum = a.radiance[i] + b.radiance[i];
-    const float alpha = out.alpha[i % out.alpha.size()];
-    out.radiance.push_back(alpha > 0 ? sum / alpha : V3f(0, 0, 0));
-    noise.error2 += static_cast<double>((a.radiance[i] - b.radiance[i]).length2());
-    noise.signal2 += static_cast<double>(sum.length2());
+  const auto texels = static_cast<std::size_t>(texels_.x) * static_cast<std::size_t>(texels_.y);
+  out.normal.assign(texels, V3f(0, 0, 0));
+  const auto scratch = scratch_.lend();
+  sample(view, lights, samples, sides_[view.z < 0 ? 1 : 0]->shadows, &out.normal, *scratch);
+  const auto& [a, b] = scratch->halves;
+  out.alpha.resize(texels);
+  out.radiance.reserve(texels * lights.size());
+  for (std::size_t l = 0; l < lights.size(); ++l) {
+    for (std::size_t t = 0; t < texels; ++t) {
+      const Group& one = a[t * lights.size() + l];
+      const Group& other = b[t * lights.size() + l];
+      if (l == 0) out.alpha[t] = std::min(1.0F, one[3] + other[3]);
+      const V3f sum = rgb(one) + rgb(other);
+      out.radiance.push_back(out.alpha[t] > 0 ? sum / out.alpha[t] : V3f(0, 0, 0));
+      noise.error2 += static_cast<double>((rgb(one) - rgb(other)).length2());
+      noise.signal2 += static_cast<double>(sum.length2());
+    }
   }
   return out;
 }
@@ -175,14 +184,17 @@ PairSamples YarnSampler::pair(const DirectionPair& pair, int samples, NoiseSum& 
   out.width = texels_.x;
   out.height = texels_.y;
   out.pairs = {pair};
-  const auto [a, b] = halves(pair.view, {&pair.light, 1}, samples, nullptr);
-  for (std::size_t t = 0; t < a.alpha.size(); ++t) {
-    const V3f sum = a.radiance[t] + b.radiance[t];
-    const float alpha = std::min(1.0F, a.alpha[t] + b.alpha[t]);
+  const auto scratch = scratch_.lend();
+  CellShadows shadows(sides_[pair.view.z < 0 ? 1 : 0]->cell);  // no other pair has its light
+  sample(pair.view, {&pair.light, 1}, samples, shadows, nullptr, *scratch);
+  const auto& [a, b] = scratch->halves;
+  for (std::size_t t = 0; t < a.size(); ++t) {
+    const V3f sum = rgb(a[t]) + rgb(b[t]);
+    const float alpha = std::min(1.0F, a[t][3] + b[t][3]);
     out.alpha.push_back(alpha);
-    out.alpha_noise.push_back(a.alpha[t] - b.alpha[t]);
+    out.alpha_noise.push_back(a[t][3] - b[t][3]);
     out.radiance.push_back(alpha > 0 ? sum / alpha : V3f(0, 0, 0));
-    out.noise.push_back(a.radiance[t] - b.radiance[t]);
+    out.noise.push_back(rgb(a[t]) - rgb(b[t]));
     noise.error2 += static_cast<double>(out.noise.back().length2());
     noise.signal2 += static_cast<double>(sum.length2());
   }

@@ -9,7 +9,8 @@
 
 #include "converter/bake/texels.h"
 #include "converter/mesh/yarn_cell.h"
-#include "format/simd/group.h"
+#include "format/base/scratch_pool.h"
+#include "format/cells/cell_shadows.h"
 
 namespace selvedge {
 
@@ -24,25 +25,23 @@ class YarnSampler {
   ~YarnSampler();
 
   /// Samples of all texels with `samples` points each (points_of_texel()); from behind where view.z < 0.
-  /// Points on the two colours of a chequerboard are the halves of which NoiseSum tells.
+  /// Noise is the difference of the points' two halves, which lie as the two colours of a checkerboard.
   ViewSamples view(const V3f& view, std::span<const V3f> lights, int samples, NoiseSum& noise) const;
   PairSamples pair(const DirectionPair& pair, int samples, NoiseSum& noise) const;
 
  private:
   struct SideOfYarn;
-  /// Sums over the points of one colour, over the number of all points.
-  struct Half {
-    std::vector<float> alpha;   ///< [texel]
-    std::vector<V3f> radiance;  ///< [light * texels + texel], times opacity
-  };
-  std::array<Half, 2> halves(const V3f& view, std::span<const V3f> lights, int samples,
-                             std::vector<V3f>* normals) const;
-  /// Adds the points of one light to its radiance, which begins at `begin`, and to the opacity.
-  void add_points(std::span<const Group> raw, int points, std::size_t begin, bool opacity,
-                  std::array<Half, 2>& halves) const;
+  struct Scratch;
+  /// Fills scratch.halves.
+  void sample(const V3f& direction, std::span<const V3f> lights, int samples, CellShadows& shadows,
+              std::vector<V3f>* normals, Scratch& scratch) const;
+  /// Adds the points of `count` of the `lights`, from `first` on, to the halves.
+  void add_points(int points, std::size_t lights, std::size_t first, std::size_t count,
+                  Scratch& scratch) const;
 
   std::vector<std::unique_ptr<SideOfYarn>> sides_;  ///< the face, and the back turned over
   V2i texels_;
+  mutable ScratchPool<Scratch> scratch_;
 };
 
 }  // namespace selvedge

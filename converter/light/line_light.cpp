@@ -12,6 +12,7 @@
 #include "converter/light/station_fit.h"
 #include "converter/light/yarn_lines.h"
 #include "format/base/parallel.h"
+#include "format/base/scratch_pool.h"
 
 namespace selvedge {
 namespace {
@@ -171,8 +172,8 @@ class LineLight {
 
   /// Finds the light of every patch by way of others: from above, or from below.
   bool light(bool below);
-  /// The places of a curve, lit from the sides that have been found.
-  std::vector<LitPlace> places(int curve) const;
+  /// Sets `all` to the places of a curve, lit from the sides that have been found.
+  void find_places(int curve, std::vector<LitPlace>& all) const;
 
  private:
   static int parts_for(const Yarns& yarns) {
@@ -229,10 +230,12 @@ void LineLight::find_exchange() {
     links.push_back({b, a, area});
   };
   crossings_.resize(o_.directions);
+  ScratchPool<LineScratch> scratch;
   for (int first = 0; first < o_.directions; first += directions_at_once) {
     const int end = std::min(o_.directions, first + directions_at_once);
     parallel_for(first, end, [&](int i) {
-      crossings_[i] = cross_yarn(yarns_, patches_, spiral_direction(i, o_.directions), spacing, i);
+      crossings_[i] =
+          cross_yarn(yarns_, patches_, spiral_direction(i, o_.directions), spacing, i, *scratch.lend());
     });
     for (int i = first; i < end; ++i) {
       LineCrossings& c = crossings_[i];
@@ -242,7 +245,6 @@ void LineLight::find_exchange() {
         for (const PatchFace& face : *faces) area_[face.patch] += c.area;
       }
       c.inside = std::vector<std::array<std::int32_t, 2>>();
-      c.outside.shrink_to_fit();
     }
     if (links.size() < max_links && end < o_.directions) continue;
     exchange_.add(links);
@@ -435,10 +437,10 @@ LitPlace place_at(const Yarns& yarns, int curve, float station, int ply, float a
 }
 
 /// A place for every front, and one for what other yarn covers of it.
-std::vector<LitPlace> LineLight::places(int c) const {
+void LineLight::find_places(int c, std::vector<LitPlace>& all) const {
   constexpr float pi = std::numbers::pi_v<float>;
   const YarnCurve& curve = yarns_.data().curves[c];
-  std::vector<LitPlace> all;
+  all.clear();
   const int plies = curve.plies.count;
   const int parts = curve.stations * patches_.parts();
   // Plies touch their neighbours so far from their outermost line.
@@ -470,7 +472,6 @@ std::vector<LitPlace> LineLight::places(int c) const {
   }
   add_to(all, c, false);
   if (o_.both_sides) add_to(all, c, true);
-  return all;
 }
 
 void LineLight::add_to(std::vector<LitPlace>& places, int c, bool below) const {
@@ -516,8 +517,12 @@ bool light_yarn(YarnData& data, const V2f& period, std::span<const V3f> through,
   if (options.both_sides) settled = light.light(true) && settled;
   std::vector<int> first(data.curves.size(), 0);
   for (std::size_t c = 1; c < first.size(); ++c) first[c] = first[c - 1] + data.curves[c - 1].stations;
-  parallel_for(0, static_cast<int>(first.size()),
-               [&](int c) { fit_stations(light.places(c), c, first[c], through[c] != V3f(0, 0, 0), data); });
+  ScratchPool<std::vector<LitPlace>> scratch;
+  parallel_for(0, static_cast<int>(first.size()), [&](int c) {
+    const auto places = scratch.lend();
+    light.find_places(c, *places);
+    fit_stations(*places, c, first[c], through[c] != V3f(0, 0, 0), data);
+  });
   return settled;
 }
 

@@ -129,7 +129,7 @@ void write_rounded(const Coefficients& solved, int side, bool exact, float* out)
 
 }  // namespace
 
-void fit_stations(std::vector<LitPlace> places, int curve, int first, bool exact, YarnData& data) {
+void fit_stations(std::vector<LitPlace>& places, int curve, int first, bool exact, YarnData& data) {
   const int stations = data.curves[curve].stations;
   fill_covered(places, stations);
   const Coefficients solved = solved_for(places, stations);

@@ -27,7 +27,7 @@ struct LitPlace {
 
 /// Writes the coefficients of a curve, whose first station is `first`, to data.light, and to data.through if
 /// that has values. Stations are interpolated between, so that all are solved for together. `exact`: every
-/// colour has 8 bits, as light that comes through needs.
-void fit_stations(std::vector<LitPlace> places, int curve, int first, bool exact, YarnData& data);
+/// colour has 8 bits, as light that comes through needs. Covered places get their light.
+void fit_stations(std::vector<LitPlace>& places, int curve, int first, bool exact, YarnData& data);
 
 }  // namespace selvedge

@@ -11,11 +11,7 @@ namespace {
 /// How far pieces of plies reach beyond their ends, in radii: the splatter closes their joints likewise.
 constexpr float joint = 0.12F;
 
-/// Where a line is within a piece.
-struct Interval {
-  float top, bottom;  ///< heights, mm
-  std::int32_t piece;
-};
+using Interval = LineScratch::Interval;
 
 /// Lines on a grid over one period of the plane z = 0.
 struct LineGrid {
@@ -50,14 +46,9 @@ struct Form {
   float at(float px, float py) const { return constant + x * px + y * py; }
 };
 
-struct LineIntervals {
-  std::vector<Interval> intervals;
-  std::vector<std::int32_t> line;
-};
-
 /// Adds the intervals of all lines within a piece: a cylinder between the planes of its ends, in the space of
 /// its round section.
-void cross_piece(const Yarns::Segment& s, std::int32_t piece, const LineGrid& grid, LineIntervals& to) {
+void cross_piece(const Yarns::Segment& s, std::int32_t piece, const LineGrid& grid, LineScratch& to) {
   const V3f axis = squeezed(s.along, s.squeeze);
   const float length = axis.length();
   const V3f a = axis / length;
@@ -115,7 +106,7 @@ void cross_piece(const Yarns::Segment& s, std::int32_t piece, const LineGrid& gr
         continue;
       }
       if (!(top > bottom)) continue;
-      to.intervals.push_back({top, bottom, piece});
+      to.found.push_back({top, bottom, piece});
       to.line.push_back(grid.wrapped(j, 1) * grid.count.x + grid.wrapped(i, 0));
     }
   }
@@ -243,24 +234,31 @@ int YarnPatches::curve_of(int patch) const {
 }
 
 LineCrossings cross_yarn(const Yarns& yarns, const YarnPatches& patches, const V3f& direction, float spacing,
-                         int index) {
+                         int index, LineScratch& scratch) {
   const LineGrid grid(direction, yarns.period(), spacing, index);
-  LineCrossings out;
+  LineCrossings& out = scratch.crossings;
+  out.outside.clear();
+  out.inside.clear();
+  out.lit.clear();
+  out.lit_below.clear();
   out.area = grid.step.x * grid.step.y * direction.z;
-  LineIntervals found;
   const auto& segments = yarns.inside().segments;
   float thinnest = 1e30F;
   for (const YarnCurve& curve : yarns.data().curves) thinnest = std::min(thinnest, radius_of_plies(curve));
+  scratch.found.clear();
+  scratch.line.clear();
   for (std::size_t i = 0; i < segments.size(); ++i)
-    cross_piece(segments[i], static_cast<std::int32_t>(i), grid, found);
+    cross_piece(segments[i], static_cast<std::int32_t>(i), grid, scratch);
 
   const auto lines = static_cast<std::size_t>(grid.count.x) * static_cast<std::size_t>(grid.count.y);
-  std::vector<std::size_t> first(lines + 1, 0);
-  for (const std::int32_t line : found.line) ++first[line + 1];
+  std::vector<std::size_t>& first = scratch.first;
+  first.assign(lines + 1, 0);
+  for (const std::int32_t line : scratch.line) ++first[line + 1];
   for (std::size_t l = 0; l < lines; ++l) first[l + 1] += first[l];
-  std::vector<Interval> sorted(found.intervals.size());
-  std::vector<std::size_t> next(first.begin(), first.end() - 1);
-  for (std::size_t i = 0; i < sorted.size(); ++i) sorted[next[found.line[i]]++] = found.intervals[i];
+  std::vector<Interval>& sorted = scratch.by_line;
+  sorted.resize(scratch.found.size());
+  scratch.next.assign(first.begin(), first.end() - 1);
+  for (std::size_t i = 0; i < sorted.size(); ++i) sorted[scratch.next[scratch.line[i]]++] = scratch.found[i];
   LineWalk walk(yarns, patches, grid, thinnest, out);
   for (std::size_t l = 0; l < lines; ++l) {
     const std::span items(sorted.data() + first[l], first[l + 1] - first[l]);

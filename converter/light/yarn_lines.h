@@ -64,9 +64,22 @@ struct LineCrossings {
   float area = 0;                                   ///< of a line, across it, mm^2
 };
 
+/// Memory that cross_yarn() reuses.
+struct LineScratch {
+  /// Where a line is within a piece.
+  struct Interval {
+    float top, bottom;  ///< heights, mm
+    std::int32_t piece;
+  };
+  std::vector<Interval> found, by_line;
+  std::vector<std::int32_t> line;  ///< of the intervals that are found
+  std::vector<std::size_t> first, next;
+  LineCrossings crossings;
+};
+
 /// Follows all lines of unit `direction`, z > 0, `spacing` mm apart. `index` shifts the lattices of several
 /// directions against each other.
 LineCrossings cross_yarn(const Yarns& yarns, const YarnPatches& patches, const V3f& direction, float spacing,
-                         int index);
+                         int index, LineScratch& scratch);
 
 }  // namespace selvedge

@@ -115,14 +115,12 @@ class PointShader {
 
   /// Samples show what was shaded for them.
   void give_to_all() {
-    const std::size_t texels = scratch_.owners.size();
-    for (int plane = 0; plane < job_.view.planes; ++plane) {
-      Group* const raw = scratch_.raw.data() + static_cast<std::size_t>(plane) * texels;
-      for (int row = 0; row < seen_.height; ++row) {
-        for (int column = 0; column < seen_.width; ++column) {
-          const std::uint32_t at = texel(column, row);
-          if (seen_.z[index(column, row)] > no_depth) raw[at] = raw[scratch_.owners[at]];
-        }
+    const auto planes = static_cast<std::size_t>(job_.view.planes);
+    for (int row = 0; row < seen_.height; ++row) {
+      for (int column = 0; column < seen_.width; ++column) {
+        const std::uint32_t at = texel(column, row);
+        if (seen_.z[index(column, row)] > no_depth)
+          std::copy_n(&scratch_.raw[scratch_.owners[at] * planes], planes, &scratch_.raw[at * planes]);
       }
     }
   }
@@ -146,7 +144,7 @@ class PointShader {
   }
 
   void flush() {
-    shade(job_, batch_, job_.view.size.count(), scratch_.raw.data());
+    shade(job_, batch_, scratch_.raw.data());
     batch_.count = 0;
   }
 
@@ -170,13 +168,14 @@ SELVEDGE_INLINE CellTexel pack(const Quad& value) {
           static_cast<std::uint16_t>(bits[2]), static_cast<std::uint16_t>(bits[3])};
 }
 
-/// The box filter of a pixel over one plane: running sums along a row, then, of all columns at once, along
+/// The box filter of a pixel over all planes: running sums along a row, then, of all columns at once, along
 /// the columns. Only the sums of a pixel's rows are kept, since an image is larger than the processor's
 /// cache.
-void filter_plane(const CellSize& size, const Group* from, const Quad& scale, CellScratch& scratch,
-                  CellTexel* to) {
-  const int columns = size.made().x;
+void filter_planes(const CellView& view, const Quad& scale, CellScratch& scratch, CellImage& image) {
+  const CellSize& size = view.size;
+  const int planes = view.planes;
   const int lines = size.made().y;
+  const int columns = size.made().x * planes;
   const V2i texels = size.texels();
   const int kept_rows = size.pixel.y + 1;
   scratch.rows.resize(static_cast<std::size_t>(kept_rows) * columns);
@@ -184,14 +183,18 @@ void filter_plane(const CellSize& size, const Group* from, const Quad& scale, Ce
     return &scratch.rows[static_cast<std::size_t>(row % kept_rows) * columns];
   };
   const auto sum_row = [&](int row) {
-    const Group* const in = from + static_cast<std::size_t>(row < lines ? row : row - lines) * columns;
+    const Group* const in =
+        scratch.raw.data() + static_cast<std::size_t>(row < lines ? row : row - lines) * columns;
     Group* const out = row_of(row);
-    Quad sum{};
-    for (int i = 0; i < size.pixel.x; ++i) sum += quad_of(in[i]);
-    for (int i = 0; i < columns; ++i) {
-      std::memcpy(&out[i], &sum, sizeof sum);
-      const int next = i + size.pixel.x < columns ? i + size.pixel.x : i + size.pixel.x - columns;
-      sum += quad_of(in[next]) - quad_of(in[i]);
+    const int pixel = size.pixel.x * planes;
+    for (int plane = 0; plane < planes; ++plane) {
+      Quad sum{};
+      for (int i = plane; i < pixel; i += planes) sum += quad_of(in[i]);
+      for (int i = plane; i < columns; i += planes) {
+        std::memcpy(&out[i], &sum, sizeof sum);
+        const int next = i + pixel < columns ? i + pixel : i + pixel - columns;
+        sum += quad_of(in[next]) - quad_of(in[i]);
+      }
     }
   };
   std::vector<Group>& sums = scratch.sums;
@@ -202,20 +205,27 @@ void filter_plane(const CellSize& size, const Group* from, const Quad& scale, Ce
   }
   // A window has texels of its own behind the last.
   const bool whole = size.is_whole();
-  CellTexel* const first = to;
-  for (int row = 0; row < (whole ? texels.y : texels.y + 1) * size.stride; ++row) {
-    if (row % size.stride == 0) {
-      CellTexel* const begin = to;
-      for (int i = 0; i < texels.x; ++i) *to++ = pack(quad_of(sums[i * size.stride]) * scale);
-      *to++ = whole ? *begin : pack(quad_of(sums[texels.x * size.stride]) * scale);
+  const auto put_row = [&](int y) {
+    for (int plane = 0; plane < planes; ++plane) {
+      CellTexel* const to =
+          &image.texels[plane * image.plane_texels() + static_cast<std::size_t>(y) * image.stride()];
+      for (int i = 0; i < texels.x + (whole ? 0 : 1); ++i)
+        to[i] = pack(quad_of(sums[i * size.stride * planes + plane]) * scale);
+      if (whole) to[texels.x] = to[0];
     }
+  };
+  for (int row = 0; row < (whole ? texels.y : texels.y + 1) * size.stride; ++row) {
+    if (row % size.stride == 0) put_row(row / size.stride);
     if (row + size.pixel.y >= lines && !whole) break;
     sum_row(row + size.pixel.y);
     const Group* const before = row_of(row);
     const Group* const next = row_of(row + size.pixel.y);
     for (int i = 0; i < columns; ++i) add(quad_of(next[i]) - quad_of(before[i]), sums[i]);
   }
-  if (whole) std::copy_n(first, texels.x + 1, to);
+  for (int plane = 0; plane < planes && whole; ++plane) {
+    const auto first = image.texels.begin() + static_cast<std::ptrdiff_t>(plane * image.plane_texels());
+    std::copy_n(first, image.stride(), first + static_cast<std::ptrdiff_t>(texels.y) * image.stride());
+  }
 }
 
 /// The image's texels from its samples.
@@ -236,10 +246,7 @@ void filter(const CellView& view, CellScratch& scratch, CellImage& image) {
   image.texels.resize(image.plane_texels() * view.planes);
   const float mean = 1 / static_cast<float>(size.pixel.x * size.pixel.y);
   const Quad scale = Quad{1 / image.scale, 1 / image.scale, 1 / image.scale, 1} * mean;
-  for (int plane = 0; plane < view.planes; ++plane) {
-    filter_plane(size, scratch.raw.data() + plane * size.count(), scale, scratch,
-                 image.texels.data() + plane * image.plane_texels());
-  }
+  filter_planes(view, scale, scratch, image);
 }
 
 }  // namespace
@@ -360,7 +367,7 @@ bool reaches(const YarnPieces& pieces, std::int32_t hair, const CellYarn& yarn, 
   return true;
 }
 
-/// Means of what hairs send to the viewer, for the planes one after the other. Hairs that are not shown are
+/// Means of what hairs send to the viewer: [hair][plane]. Hairs that are not shown are
 /// black.
 void shade_hairs(const ShadingJob& job, const V2f& slope, std::vector<Group>& colours) {
   const YarnPieces& pieces = job.pieces;
@@ -370,7 +377,7 @@ void shade_hairs(const ShadingJob& job, const V2f& slope, std::vector<Group>& co
   const bool once = job.view.shaded_together > 1;
   ShadingBatch batch{};
   const auto flush = [&] {
-    shade(job, batch, hairs, colours.data());
+    shade(job, batch, colours.data());
     batch.count = 0;
   };
   for (std::size_t k = 0; k < hairs; ++k) {
@@ -400,7 +407,7 @@ void shade_hairs(const ShadingJob& job, const V2f& slope, std::vector<Group>& co
   for (Group& colour : colours) {
     for (float& value : colour) value *= once ? 1.0F : 0.5F;
   }
-  for (std::size_t k = 0; k < hairs; ++k) colours[k][3] = 1;
+  for (std::size_t k = 0; k < hairs; ++k) colours[k * job.view.planes][3] = 1;
 }
 
 /// Flags the stations of light that pieces in sight, and hairs, ask for.

@@ -59,8 +59,8 @@ struct CellImage {
 struct CellScratch {
   DepthGrid seen;
   std::vector<Group> table;  ///< [station][angle function][slot]
-  std::vector<Group> raw;    ///< [plane][row][column]: radiance, opacity
-  std::vector<Group> hairs;  ///< [plane][hair]: radiance, opacity
+  std::vector<Group> raw;    ///< [row][column][plane]: radiance, opacity
+  std::vector<Group> hairs;  ///< [hair][plane]: radiance, opacity
   std::vector<Group> rows, sums;
   std::vector<std::uint32_t> owners;  ///< of samples: the one whose light they show
   std::vector<std::uint8_t> wanted;   ///< stations of light

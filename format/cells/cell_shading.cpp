@@ -42,6 +42,13 @@ void set_curve(const YarnCurve& curve, std::size_t i, CurveNumbers& numbers, Str
   strands.seed[i] = strand_hash(static_cast<std::uint32_t>(curve.strands.seed));
 }
 
+using Two = float __attribute__((vector_size(8)));
+SELVEDGE_INLINE Two two_at(const float* from) {
+  Two result;
+  std::memcpy(&result, from, sizeof result);
+  return result;
+}
+
 /// Fraction of a lamp's light that reaches N points: percentage-closer filtering over 2 x 2 texels.
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> visibility_of_lamp(const FrontLamp& lamp, const WideVec3<N>& p, float plane,
@@ -65,16 +72,18 @@ SELVEDGE_INLINE WideFloat<N> visibility_of_lamp(const FrontLamp& lamp, const Wid
   const Wide stride(static_cast<float>(grid.stride));
   store_whole(row * stride + column, here);
   store_whole(next_row * stride + column, below);
-  float depth[4][N];  // NOLINT(modernize-avoid-c-arrays)
   const float* const z = grid.z.data();
+  Group around[N];         // NOLINT(modernize-avoid-c-arrays)
+  const Group* groups[N];  // NOLINT(modernize-avoid-c-arrays)
   for (std::size_t i = 0; i < N; ++i) {
-    depth[0][i] = z[here[i]];
-    depth[1][i] = z[here[i] + 1];
-    depth[2][i] = z[below[i]];
-    depth[3][i] = z[below[i] + 1];
+    const Quad two_rows = __builtin_shufflevector(two_at(z + here[i]), two_at(z + below[i]), 0, 1, 2, 3);
+    std::memcpy(&around[i], &two_rows, sizeof two_rows);
+    groups[i] = &around[i];
   }
+  Wide depth[4];  // NOLINT(modernize-avoid-c-arrays)
+  fetch<N>(groups, 0, depth);
   const auto lit = [&](std::size_t k) __attribute__((always_inline)) {
-    return if_greater(Wide::load(depth[k]), p.z, Wide(0), Wide(1));
+    return if_greater(depth[k], p.z, Wide(0), Wide(1));
   };
   const Wide part_x = in_x - column;
   const Wide part_y = in_y - row;
@@ -83,7 +92,20 @@ SELVEDGE_INLINE WideFloat<N> visibility_of_lamp(const FrontLamp& lamp, const Wid
   return upper + part_y * (lower - upper);
 }
 
-SELVEDGE_INLINE Quad positive(const Quad& a) { return a > 0.0F ? a : Quad{}; }
+template <class Floats>
+SELVEDGE_INLINE Floats positive(const Floats& a) {
+  return a > 0.0F ? a : Floats{};
+}
+
+/// A value as it is rounded: its last product is not fused with a sum that takes it (-ffp-contract=fast).
+template <class Floats>
+SELVEDGE_INLINE Floats unfused(const Floats& value) {
+#if __has_builtin(__builtin_assoc_barrier)
+  return __builtin_assoc_barrier(value);
+#else
+  return value;
+#endif
+}
 
 /// Surface of the yarn at N points.
 template <std::size_t N>
@@ -227,18 +249,23 @@ SELVEDGE_INLINE ShadedLanes<N> surface_lanes(const ShadingJob& job, const Shadin
 /// Adds the lamps' own light.
 template <std::size_t N>
 SELVEDGE_INLINE void add_direct(const ShadingJob& job, const ShadingBatch& batch, const PointLanes<N>& points,
-                                const ShadedLanes<N>& at, std::size_t plane_texels, Group* raw) {
+                                const ShadedLanes<N>& at, Group* raw) {
   using Wide = WideFloat<N>;
   using Vec = WideVec3<N>;
   const Wide zero(0);
+  const auto planes = static_cast<std::size_t>(job.view.planes);
   const auto add_lanes = [&](int plane, const Vec& sum) __attribute__((always_inline)) {
-    float colour[3][N];  // NOLINT(modernize-avoid-c-arrays)
-    sum.x.store(colour[0]);
-    sum.y.store(colour[1]);
-    sum.z.store(colour[2]);
-    Group* const to = raw + static_cast<std::size_t>(plane) * plane_texels;
+    const auto xz_low = lower(sum.x.v, sum.z.v);
+    const auto xz_high = upper(sum.x.v, sum.z.v);
+    const auto y_low = lower(sum.y.v, zero.v);
+    const auto y_high = upper(sum.y.v, zero.v);
+    Group colour[4][N / 4];  // NOLINT(modernize-avoid-c-arrays): of point 4 j + i
+    Wide(lower(xz_low, y_low)).store(colour[0][0].data());
+    Wide(upper(xz_low, y_low)).store(colour[1][0].data());
+    Wide(lower(xz_high, y_high)).store(colour[2][0].data());
+    Wide(upper(xz_high, y_high)).store(colour[3][0].data());
     for (std::size_t i = 0; i < points.count; ++i)
-      add(Quad{colour[0][i], colour[1][i], colour[2][i], 0}, to[batch.texel[points.first + i]]);
+      add(quad_of(colour[i % 4][i / 4]), raw[std::size_t{batch.texel[points.first + i]} * planes + plane]);
   };
   Vec sum{zero, zero, zero};
   for (const FrontLamp& lamp : job.lamps) {
@@ -267,12 +294,40 @@ SELVEDGE_INLINE void add_direct(const ShadingJob& job, const ShadingBatch& batch
   add_lanes(0, sum);
 }
 
-/// Adds light from the table, and sets the opacity.
+/// Light from the table of as many slots from `slot` on as fit: the functions of the angle with their
+/// factors, between the rows `a` and `b` of two stations.
+template <class Floats>
+SELVEDGE_INLINE Floats light_of_slots(const Group* a, const Group* b, float part,
+                                      const std::array<float, angle_functions>& factors, std::size_t columns,
+                                      std::size_t slot) {
+  Floats value{};
+  for (int k = 0; k < angle_functions; ++k) {
+    Floats low;
+    Floats high;
+    std::memcpy(&low, &a[k * columns + slot], sizeof low);
+    std::memcpy(&high, &b[k * columns + slot], sizeof high);
+    const Floats mixed = low + part * (high - low);
+    value += k == 0 ? mixed : mixed * factors[k];
+  }
+  return value;
+}
+
+/// Slots before the first that does not light the plane of its own number from the front.
+std::size_t slots_in_order(std::span<const LightSlot> slots) {
+  std::size_t count = 0;
+  while (count < slots.size() && slots[count].from == LightSlot::front &&
+         slots[count].plane == static_cast<int>(count))
+    ++count;
+  return count;
+}
+
+/// Adds light from the table, and sets the opacity. `in_order`: slots_in_order().
 template <std::size_t N>
 SELVEDGE_INLINE void add_indirect(const ShadingJob& job, const ShadingBatch& batch,
-                                  const PointLanes<N>& points, const ShadedLanes<N>& at,
-                                  std::size_t plane_texels, Group* raw) {
+                                  const PointLanes<N>& points, const ShadedLanes<N>& at, std::size_t in_order,
+                                  Group* raw) {
   using Wide = WideFloat<N>;
+  using Floats = typename Lanes<N>::Floats;
   const Wide whole = floor(at.station);
   alignas(64) float numbers[12][N];  // NOLINT(modernize-avoid-c-arrays)
   whole.store(numbers[0]);
@@ -289,6 +344,7 @@ SELVEDGE_INLINE void add_indirect(const ShadingJob& job, const ShadingBatch& bat
   at.root_lustre.store(numbers[11]);
   const std::size_t slots = job.slots.size();
   const std::size_t columns = slots + 1;
+  const auto planes = static_cast<std::size_t>(job.view.planes);
   const YarnData& data = job.yarn.yarns().data();
   const std::span<const int> first_station = job.yarn.yarns().inside().first_station;
   for (std::size_t i = 0; i < points.count; ++i) {
@@ -299,54 +355,52 @@ SELVEDGE_INLINE void add_indirect(const ShadingJob& job, const ShadingBatch& bat
     const int first = first_station[points.curves[i]];
     const Group* a = &job.table[(first + here) * angle_functions * columns];
     const Group* b = &job.table[(first + next) * angle_functions * columns];
-    const Quad part = Quad{} + numbers[1][i];
     const V3f& groove = curve.plies.groove;
     const Quad of_lamps = Quad{1, 1, 1, 0} + Quad{groove.x, groove.y, groove.z, 0} * numbers[6][i];
+    Wide of_all_lamps;
+    for (std::size_t k = 0; k < N; k += 4) std::memcpy((float*)&of_all_lamps + k, &of_lamps, sizeof of_lamps);
     const bool sides = curve.plies.sides != 0;
-    const std::array<std::size_t, angle_functions> rows{0, 2, 3, sides ? 8U : 4U, sides ? 9U : 5U};
-    const std::uint32_t texel = batch.texel[points.first + i];
-    const auto about = [&](std::size_t slot) __attribute__((always_inline)) {
-      Quad value{};
-      for (int k = 0; k < angle_functions; ++k) {
-        const Quad low = quad_of(a[k * columns + slot]);
-        const Quad mixed = low + part * (quad_of(b[k * columns + slot]) - low);
-        value += k == 0 ? mixed : mixed * numbers[rows[k]][i];
-      }
-      return value;
-    };
+    const std::array<float, angle_functions> factors{1, numbers[2][i], numbers[3][i],
+                                                     numbers[sides ? 8 : 4][i], numbers[sides ? 9 : 5][i]};
+    Group* const to = raw + std::size_t{batch.texel[points.first + i]} * planes;
     float by_view = 1;
     if (numbers[11][i] > 0) {
-      const Quad moments = about(slots);
+      const Quad moments = light_of_slots<Quad>(a, b, numbers[1][i], factors, columns, slots);
       by_view = lustre_factor(numbers[10][i], numbers[11][i], moments[0], moments[1]);
     }
-    for (std::size_t slot = 0; slot < slots; ++slot) {
+    std::size_t slot = 0;
+    for (; slot + N / 4 <= in_order; slot += N / 4) {
+      const Floats value =
+          light_of_slots<Floats>(a, b, numbers[1][i], factors, columns, slot) * of_all_lamps.v;
+      float* const first = to[slot].data();
+      (Wide::load(first) + Wide(unfused(positive(value) * numbers[7][i] * by_view))).store(first);
+    }
+    for (; slot < slots; ++slot) {
       const auto from_side = job.slots[slot].from;
-      Quad value = about(slot);
+      Quad value = light_of_slots<Quad>(a, b, numbers[1][i], factors, columns, slot);
       if (from_side != LightSlot::sky) value *= of_lamps;
       value = positive(value) * numbers[7][i];
       if (from_side == LightSlot::front) value *= by_view;
-      add(value, raw[static_cast<std::size_t>(job.slots[slot].plane) * plane_texels + texel]);
+      add(value, to[job.slots[slot].plane]);
     }
-    raw[texel][3] = 1;
+    (*to)[3] = 1;
   }
 }
 
 template <std::size_t N>
-SELVEDGE_INLINE void shade_batch(const ShadingJob& job, const ShadingBatch& batch, std::size_t plane_texels,
-                                 Group* raw) {
+SELVEDGE_INLINE void shade_batch(const ShadingJob& job, const ShadingBatch& batch, Group* raw) {
   StrandCurves strands;
   CurveNumbers numbers;
+  const std::size_t in_order = slots_in_order(job.slots);
   for (std::size_t first = 0; first < batch.count; first += N) {
     const PointLanes<N> points(job, batch, first, numbers, strands);
     const ShadedLanes<N> at = surface_lanes<N>(job, batch, points, numbers, strands);
-    add_direct<N>(job, batch, points, at, plane_texels, raw);
-    add_indirect<N>(job, batch, points, at, plane_texels, raw);
+    add_direct<N>(job, batch, points, at, raw);
+    add_indirect<N>(job, batch, points, at, in_order, raw);
   }
 }
-SELVEDGE_THREE_BODIES(shade_batch,
-                      (const ShadingJob& job, const ShadingBatch& batch, std::size_t plane_texels,
-                       Group* raw),
-                      (job, batch, plane_texels, raw))
+SELVEDGE_THREE_BODIES(shade_batch, (const ShadingJob& job, const ShadingBatch& batch, Group* raw),
+                      (job, batch, raw))
 
 /// Light of all stations: for angle function i, the sum over light functions of c_ik B_k.
 void add_slot(std::span<const float> coefficients, const std::array<V3f, light_functions_of_yarn>& basis,
@@ -421,10 +475,10 @@ std::vector<FrontLamp> cast_shadows(const CellYarn& yarn, const CellView& view, 
   return lamps;
 }
 
-void shade(const ShadingJob& job, const ShadingBatch& batch, std::size_t plane_texels, Group* raw) {
+void shade(const ShadingJob& job, const ShadingBatch& batch, Group* raw) {
   static const auto shade_all = shade_batch_for_this_processor();
   // Lanes behind the last point read what earlier points left.
-  if (batch.count > 0) shade_all(job, batch, plane_texels, raw);
+  if (batch.count > 0) shade_all(job, batch, raw);
 }
 
 }  // namespace selvedge

@@ -62,7 +62,7 @@ std::vector<LightSlot> fill_table(const CellYarn& yarn, const CellView& view,
 /// The lamps before the cell, with their shadows. `pixel`: its width, mm.
 std::vector<FrontLamp> cast_shadows(const CellYarn& yarn, const CellView& view, float pixel,
                                     CellShadows& shadows);
-/// Shades the points of a batch, and adds them to raw[plane][texel]; opacity is 1.
-void shade(const ShadingJob& job, const ShadingBatch& batch, std::size_t plane_texels, Group* raw);
+/// Shades the points of a batch, and adds them to raw[texel][plane]; opacity is 1.
+void shade(const ShadingJob& job, const ShadingBatch& batch, Group* raw);
 
 }  // namespace selvedge

@@ -224,15 +224,15 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
     return (2 * sample + 1) * extent / (2 * samples_across);
   };
   Group* to = samples.data();
-  for (int plane = 0; plane < view.planes; ++plane) {
-    for (int y = 0; y < size.y; ++y) {
-      const std::size_t row =
-          std::size_t{1} * (level.height - 1 - texel_at(y, size.y, level.height)) * level.width;
-      for (int x = 0; x < size.x; ++x, ++to) {
-        const std::size_t i = row + texel_at(x, size.x, level.width);
+  for (int y = 0; y < size.y; ++y) {
+    const std::size_t row =
+        std::size_t{1} * (level.height - 1 - texel_at(y, size.y, level.height)) * level.width;
+    for (int x = 0; x < size.x; ++x) {
+      const std::size_t i = row + texel_at(x, size.x, level.width);
+      (*to)[3] += weight * alpha[i];
+      for (int plane = 0; plane < view.planes; ++plane, ++to) {
         const Quad& value = texels[plane * count + i];
         for (std::size_t c = 0; c < 3; ++c) (*to)[c] += weight * value[c];
-        if (plane == 0) (*to)[3] += weight * alpha[i];
       }
     }
   }

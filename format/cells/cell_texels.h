@@ -38,8 +38,8 @@ class CellTexels {
   /// `fabric` must outlive the object.
   explicit CellTexels(const Fabric& fabric);
 
-  /// Adds texels by their weights to the samples of an image, [plane][row][column], the lowest row
-  /// first: radiance times opacity, and opacity.
+  /// Adds texels by their weights to the samples of an image, [row][column][plane], the lowest row
+  /// first: radiance times opacity, and opacity in the first plane.
   void add(const CellView& view, std::span<Group> samples) const;
 
  private:

@@ -249,9 +249,9 @@ SELVEDGE_INLINE void draw(const float (*fields)[N], int i, std::int32_t number, 
 template <std::size_t N>
 SELVEDGE_INLINE void blend(const float (*fields)[N], int i, std::span<const Group> colours,
                            const DepthGrid& seen, std::size_t hair, std::span<Group> raw) {
-  const std::size_t plane_texels = static_cast<std::size_t>(seen.width) * seen.height;
-  const std::size_t planes = raw.size() / plane_texels;
-  const std::size_t hairs = colours.size() / planes;
+  using Wide = WideFloat<N>;
+  const std::size_t planes = raw.size() / (static_cast<std::size_t>(seen.width) * seen.height);
+  const float* const colour = colours[hair * planes].data();
   const float gx = fields[g_x][i];
   // Distances in texels: a line of 2 `wide` that passes `beside` a texel's centre covers so much of it.
   const float per_texel = std::sqrt(gx * gx + fields[g_y][i] * fields[g_y][i]);
@@ -281,13 +281,14 @@ SELVEDGE_INLINE void blend(const float (*fields)[N], int i, std::span<const Grou
         const float place = along + fields[w_x][i] * x + z * fields[w_depth][i];
         if (!(fraction > 0) || place < fields[low_w][i] || place > fields[high_w][i]) continue;
         if (depths[column] > z + middle) continue;
-        const std::size_t texel = static_cast<std::size_t>(row) * seen.width + column;
-        for (std::size_t plane = 0; plane < planes; ++plane) {
-          Group& to = raw[plane * plane_texels + texel];
-          const Floats4 under = quad(&to, 0);
-          const Floats4 sum = under + fraction * (quad(&colours[plane * hairs + hair], 0) - under);
-          std::memcpy(&to, &sum, sizeof sum);
-        }
+        float* const to = raw[(static_cast<std::size_t>(row) * seen.width + column) * planes].data();
+        const auto blend_at = [&]<std::size_t M>(std::size_t k, WideFloat<M> under) {
+          under = WideFloat<M>::load(to + k);
+          (under + WideFloat<M>(fraction) * (WideFloat<M>::load(colour + k) - under)).store(to + k);
+        };
+        std::size_t k = 0;
+        for (; k + N <= 4 * planes; k += N) blend_at(k, Wide());
+        for (; k < 4 * planes; k += 4) blend_at(k, WideFloat<4>());
       }
     };
     each_copy(left, right, seen.first.x, seen.width, seen.period.x, blend_columns);

@@ -41,7 +41,7 @@ struct SplatView {
 V2f slope_of(const V3f& direction);
 
 /// Blends hairs, as lines of their fraction of each texel, over texels whose yarn `seen` has, in the order of
-/// the pieces. `colours`: [plane][hair], radiance; `raw`: [plane][row][column], radiance and opacity.
+/// the pieces. `colours`: [hair][plane], radiance; `raw`: [row][column][plane], radiance and opacity.
 void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const DepthGrid& seen,
                  std::span<const Group> colours, std::span<Group> raw);
 

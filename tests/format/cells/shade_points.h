@@ -39,7 +39,7 @@ inline std::vector<V3f> shade_points(const CellYarn& yarn, const YarnPieces& pie
       batch.y[i] = point.from_start.y;
       batch.z[i] = point.from_start.z;
     }
-    shade(job, batch, ShadingBatch::size, raw.data());
+    shade(job, batch, raw.data());
     for (std::size_t i = 0; i < batch.count; ++i) result.emplace_back(raw[i][0], raw[i][1], raw[i][2]);
   }
   return result;
