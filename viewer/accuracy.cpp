@@ -65,7 +65,7 @@ class Drawer {
     const RenderStats stats = draw(size, options, frame);
     if (blocks == nullptr) keep(stats);
   }
-  /// The same with any options. Adds to the times of the statistics, and returns those of this frame.
+  /// The same with any options. Adds to the times of the statistics; returns the frame's own ones.
   RenderStats draw(const FrameSize& size, const DrawOptions& options, Frame& frame) {
     RenderStats stats;
     value_or_throw(renderer_.resize(size));
@@ -75,7 +75,7 @@ class Drawer {
     stats_.prepare = stats.prepare;
     return stats;
   }
-  /// Makes the statistics those of a frame, but for the times, which are of all frames.
+  /// Replaces the statistics by a frame's, except for the times, which add up over all frames.
   void keep(RenderStats stats) {
     for (const auto& [name, seconds] : render_seconds) stats.*seconds = stats_.*seconds;
     stats_ = std::move(stats);
@@ -143,7 +143,8 @@ class Probe {
         squares += square * square;
         shown += square > 0 ? 1 : 0;
       }
-      // Variance of a sum of independent blocks: the sum of their squares less that of their mean.
+      // Variance of a sum of independent blocks: the sum of squares less the square of their sum over their
+      // number.
       const double error =
           std::sqrt(std::max(squares / (sum * sum) - 1.0 / static_cast<double>(count_), 0.0));
       const double result = decibels(sum / static_cast<double>(pixels_));
@@ -366,7 +367,7 @@ std::optional<double> accuracy_of(const Frame& frame, int supersample, Drawer& d
   if (reference < 2 * supersample && drawer.limit() < max_supersample) return std::nullopt;
   Probe probe(drawer, size);
   if (2 * supersample <= max_supersample) probe.take_whole(supersample, frame);
-  // Of more rays than half of the most, the accuracy of half of the most, and what more rays give.
+  // Beyond half of max_supersample no reference has twice the rays: what more rays give is added.
   const int compared = std::min(supersample, max_supersample / 2);
   const double accuracy = probe.accuracy(compared, reference) +
                           db_per_doubling * std::log2(static_cast<double>(supersample) / compared);

@@ -184,7 +184,7 @@ struct Renderer::State {
         materials.pictures, file, remarks);
   }
 
-  /// Draws the shadow maps that the options require, where they are not those of the last frame.
+  /// Draws the shadow maps that the options require, where the last frame had others.
   std::span<const ShadowMap> draw_shadows(const DrawOptions& options) {
     if (options.shadows == 0) return {};
     const std::vector<ShadowView> views =

@@ -91,7 +91,7 @@ Drawn draw(const Shot& shot, PictureGoal goal, const std::vector<AtomicFile>& fi
 
 constexpr float black = 2.0F / 255;
 
-/// What is left of the first frame's light, drawn small, without the fabrics.
+/// Whether the first frame, drawn small and without the fabrics, is black.
 bool is_black_undressed(const Shot& shot) {
   Scene scene = shot.scene;
   for (SceneMaterial& material : scene.materials) material.fabric.reset();

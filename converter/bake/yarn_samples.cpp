@@ -29,7 +29,7 @@ V3f rgb(const Group& group) { return {group[0], group[1], group[2]}; }
 
 struct YarnSampler::Scratch {
   CellScratch cell;
-  /// [texel][light]: sums over the points of one colour, over the number of all points; opacity is that of
+  /// [texel][light]: sums over the points of one colour, over the number of all points; opacity belongs to
   /// the first light.
   std::array<std::vector<Group>, 2> halves;
 };

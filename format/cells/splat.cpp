@@ -1,6 +1,7 @@
 #include "format/cells/splat.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "format/fabric/lifted.h"
@@ -45,6 +46,39 @@ enum Linear {
 /// Fraction of its radius by which a ply's piece is longer at either end: it takes the place of the joints'
 /// balls.
 constexpr float joint = 0.12F;
+
+/// Stores the box of N pieces' shadows on the plane along the rays, in texels, without the whole repeats (mm)
+/// that it returns.
+template <std::size_t N>
+SELVEDGE_INLINE std::array<WideFloat<N>, 2> put_box(const YarnPieces& pieces, int base,
+                                                    const WideFloat<N>& radius, const V2f& period,
+                                                    float plane, const SplatView& view, const V2f& texel,
+                                                    float (*to)[N]) {
+  using Wide = WideFloat<N>;
+  const auto number = [&](YarnPieces::Number n) __attribute__((always_inline)) {
+    return Wide::load(&pieces.numbers[n][base]);
+  };
+  const Wide zero(0);
+  const Wide half(0.5F);
+  const Wide gx = number(YarnPieces::squeeze_x);
+  const Wide gy = number(YarnPieces::squeeze_y);
+  const Wide gz = number(YarnPieces::squeeze_z);
+  // Squeezing along g is at its strongest by 1 - g^2.
+  const Wide wide = radius / (Wide(1) - gx * gx - gy * gy - gz * gz);
+  const auto put_side = [&](YarnPieces::Number start, YarnPieces::Number along, float slope, float repeat,
+                            float size, Linear low, Linear high) __attribute__((always_inline)) {
+    const Wide first = number(start) - Wide(slope) * (number(YarnPieces::start_z) - Wide(plane));
+    const Wide extent = number(along) - Wide(slope) * number(YarnPieces::along_z);
+    const Wide reach = wide * Wide(std::sqrt(1 + slope * slope));
+    const Wide start_of_box = first + min(extent, zero) - reach;
+    const Wide moved = floor(start_of_box * Wide(1 / repeat)) * Wide(repeat);
+    ((start_of_box - moved) * Wide(1 / size) - half).store(to[low]);
+    ((first + max(extent, zero) + reach - moved) * Wide(1 / size) - half).store(to[high]);
+    return moved;
+  };
+  return {put_side(YarnPieces::start_x, YarnPieces::along_x, view.slope.x, period.x, texel.x, low_x, high_x),
+          put_side(YarnPieces::start_y, YarnPieces::along_y, view.slope.y, period.y, texel.y, low_y, high_y)};
+}
 
 /// Sets up N pieces from `base` on; false if none of them shows.
 template <std::size_t N>
@@ -107,19 +141,7 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& perio
                (w[1] * along_e - (ex * fxx + ey * fxy + ez * fxz)) * inverse,
                (w[2] * along_e - (ex * fxy + ey * fyy + ez * fyz)) * inverse};
   const Wide radius2 = radius * radius * inverse;
-  // The box of its shadow on the plane along the rays.
-  const Wide wide = radius / (one - gx * gx - gy * gy - gz * gz);
-  const Wide from_x = sx - kx * (sz - Wide(plane));
-  const Wide from_y = sy - ky * (sz - Wide(plane));
-  const Wide along_x = number(YarnPieces::along_x) - kx * number(YarnPieces::along_z);
-  const Wide along_y = number(YarnPieces::along_y) - ky * number(YarnPieces::along_z);
-  const Wide reach_x = wide * Wide(std::sqrt(1 + view.slope.x * view.slope.x));
-  const Wide reach_y = wide * Wide(std::sqrt(1 + view.slope.y * view.slope.y));
-  const Wide left = from_x + min(along_x, zero) - reach_x;
-  const Wide bottom = from_y + min(along_y, zero) - reach_y;
-  // Without whole repeats, and in texels.
-  const Wide moved_x = floor(left * Wide(1 / period.x)) * Wide(period.x);
-  const Wide moved_y = floor(bottom * Wide(1 / period.y)) * Wide(period.y);
+  const auto [moved_x, moved_y] = put_box<N>(pieces, base, radius, period, plane, view, texel, to);
   const Wide half(0.5F);
   const auto put = [&](Linear n, const Wide& value) __attribute__((always_inline)) { value.store(to[n]); };
   const auto put_linear = [&](Linear first, const Wide* c) __attribute__((always_inline)) {
@@ -136,10 +158,6 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& perio
   put(r, sqrt(radius2));
   const Wide per_texel = g[1] * Wide(texel.x);
   put(inverse_g_x, if_greater(abs(per_texel), Wide(1e-9F), one / per_texel, zero));
-  put(low_x, (left - moved_x) * Wide(1 / texel.x) - half);
-  put(high_x, (from_x + max(along_x, zero) + reach_x - moved_x) * Wide(1 / texel.x) - half);
-  put(low_y, (bottom - moved_y) * Wide(1 / texel.y) - half);
-  put(high_y, (from_y + max(along_y, zero) + reach_y - moved_y) * Wide(1 / texel.y) - half);
   put(w_depth, along_e);
   const Wide over = if_greater(rank, zero, zero, radius * Wide(joint));
   const Wide high = number(YarnPieces::length) + over;

@@ -220,7 +220,7 @@ void Patches::add_triangle(const MergedSurfaces& mesh, std::uint32_t number) {
   }
 }
 
-/// Adds the patches of each level to those of the next, and sets relatives_.
+/// Adds the patches of each level to the next level, and sets relatives_.
 void Patches::add_levels(const Chart& chart) {
   for (std::size_t level = 1; level < chart.levels.size(); ++level) {
     const V2i size = level_size(chart, level);

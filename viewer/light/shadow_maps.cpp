@@ -77,7 +77,7 @@ struct MapTriangle {
   }
 };
 
-/// Lowers depths to those of a surface, which begin with `depth`; 0 before the light's near plane.
+/// Lowers depths to a surface's, which begin with `depth`; 0 before the light's near plane.
 template <std::size_t N>
 SELVEDGE_INLINE void lower(float* depths, int count, float depth, float step) {
   using Wide = WideFloat<N>;
