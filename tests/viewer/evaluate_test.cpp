@@ -118,13 +118,13 @@ double worst_texel(const Case& example, double& brightest) {
                           size.y - 1 - static_cast<int>(i) / size.x, l, view.view);
         };
         const float alpha = by_reference(V3f(0, 0, 1)).alpha;
-        worst = std::max(worst, static_cast<double>(std::abs(alpha - samples[i][3])));
+        worst = std::max(worst, static_cast<double>(std::abs(alpha - samples[2 * i][3])));
         std::array<V3f, 2> expected{V3f(0, 0, 0), V3f(0, 0, 0)};
         for (const CellLamp& lamp : view.lamps)
           expected[lamp.plane] += by_reference(lamp.direction).radiance * lamp.irradiance * alpha;
         for (int c = 0; c < 6; ++c) {
           const float value = expected[c / 3][c % 3];
-          const float found = samples[c / 3 * count + i][c % 3];
+          const float found = samples[2 * i + c / 3][c % 3];
           brightest = std::max(brightest, static_cast<double>(value));
           worst = std::max(worst, static_cast<double>(std::abs(value - found) / (1 + value)));
         }
