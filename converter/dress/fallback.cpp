@@ -83,7 +83,7 @@ int find_or_add(Json& root, const char* array, const Json& entry) {
   return equal != entries.end() ? static_cast<int>(equal - entries.begin()) : append(entries, entry);
 }
 
-int find_or_add_image(GltfDocument& document, const std::vector<std::uint8_t>& bytes, const char* name) {
+int find_or_add_image(GltfDocument& document, const std::vector<std::uint8_t>& bytes, const char* label) {
   const Json& images = array_of(document.json, "images");
   for (std::size_t i = 0; i < images.size(); ++i) {
     const auto present =
@@ -91,7 +91,7 @@ int find_or_add_image(GltfDocument& document, const std::vector<std::uint8_t>& b
     if (present && std::ranges::equal(*present, bytes)) return static_cast<int>(i);
   }
   const int view = append_view(document, bytes);
-  return append(document.json["images"], {{"name", name}, {"mimeType", "image/png"}, {"bufferView", view}});
+  return append(document.json["images"], {{"name", label}, {"mimeType", "image/png"}, {"bufferView", view}});
 }
 
 V3f mean_color(const Image& image) {

@@ -92,15 +92,14 @@ json parse_json(std::string_view text, JsonLimits& limits) {
 }
 
 json parse_json(std::string_view text) {
-  const json none(json::value_t::discarded);
-  if (text.starts_with("\xEF\xBB\xBF")) return none;  // the parser would skip it
+  if (text.starts_with("\xEF\xBB\xBF")) return json::value_t::discarded;  // the parser would skip it
   try {
     JsonLimits limits;
     return parse_json(text, limits);
   } catch (const JsonFault&) {
-    return none;
+    return json::value_t::discarded;
   } catch (const json::exception&) {
-    return none;
+    return json::value_t::discarded;
   }
 }
 

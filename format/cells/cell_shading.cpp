@@ -372,8 +372,8 @@ SELVEDGE_INLINE void add_indirect(const ShadingJob& job, const ShadingBatch& bat
     for (; slot + N / 4 <= in_order; slot += N / 4) {
       const Floats value =
           light_of_slots<Floats>(a, b, numbers[1][i], factors, columns, slot) * of_all_lamps.v;
-      float* const first = to[slot].data();
-      (Wide::load(first) + Wide(unfused(positive(value) * numbers[7][i] * by_view))).store(first);
+      float* const values = to[slot].data();
+      (Wide::load(values) + Wide(unfused(positive(value) * numbers[7][i] * by_view))).store(values);
     }
     for (; slot < slots; ++slot) {
       const auto from_side = job.slots[slot].from;

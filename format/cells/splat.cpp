@@ -141,13 +141,13 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& perio
                (w[1] * along_e - (ex * fxx + ey * fxy + ez * fxz)) * inverse,
                (w[2] * along_e - (ex * fxy + ey * fyy + ez * fyz)) * inverse};
   const Wide radius2 = radius * radius * inverse;
-  const auto [moved_x, moved_y] = put_box<N>(pieces, base, radius, period, plane, view, texel, to);
+  const std::array<Wide, 2> moved = put_box<N>(pieces, base, radius, period, plane, view, texel, to);
   const Wide half(0.5F);
   const auto put = [&](Linear n, const Wide& value) __attribute__((always_inline)) { value.store(to[n]); };
   const auto put_linear = [&](Linear first, const Wide* c) __attribute__((always_inline)) {
     const Wide in_x = c[1] * Wide(texel.x);
     const Wide in_y = c[2] * Wide(texel.y);
-    (c[0] + c[1] * moved_x + c[2] * moved_y + half * (in_x + in_y)).store(to[first]);
+    (c[0] + c[1] * moved[0] + c[2] * moved[1] + half * (in_x + in_y)).store(to[first]);
     in_x.store(to[first + 1]);
     in_y.store(to[first + 2]);
   };

@@ -177,7 +177,9 @@ bool Occluders::draw_into(ShadowMap& map, ShadowMap* opposite, double max_work, 
     constexpr double row_work = 16;
     work += row_work * (triangle.last_row - triangle.first_row + 1);
     for (int y = triangle.first_row; y <= triangle.last_row; ++y) {
-      const auto [first, last] = triangle.texels(y, view.size);
+      const std::array<int, 2> texels = triangle.texels(y, view.size);
+      const int first = texels[0];
+      const int last = texels[1];
       work += last - first + 1;
       const double depth = triangle.depth.dot(V3d(first, y, 1));
       const auto put = [&](int x, int count) {

@@ -12,7 +12,7 @@
 #include <exception>
 #include <map>
 #include <memory>
-#include <ranges>
+#include <span>
 #include <string_view>
 #include <tuple>
 #include <vector>
@@ -285,7 +285,7 @@ Result<Image> read(const char* format, std::span<const std::uint8_t> bytes, cons
     constexpr std::size_t max_tried = 4;
     Result<Image> image = Image();
     const std::vector<Layer> layers = layers_of(*input);
-    for (const Layer& layer : layers | std::views::take(max_tried)) {
+    for (const Layer& layer : std::span(layers).first(std::min(max_tried, layers.size()))) {
       if (layer.part != input->current_subimage()) input->seek_subimage(layer.part, 0);
       image = read_pixels(*input, bytes.size(), name, transfer, limits, halvings, layer.channels);
       const bool is_guessed = std::get<0>(layer.rank);
