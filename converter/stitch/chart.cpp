@@ -409,6 +409,7 @@ class ChartReader {
   void finish() {
     KnitChart& knit = chart_.knit;
     if (rows_.front().number > rows_.back().number) std::ranges::reverse(rows_);
+    cut_to_repeat();
     for (const Row& row : rows_) knit.rows.push_back(row.stitches);
     const double shorter = std::min(knit.wale_mm * static_cast<double>(knit.rows.front().size()),
                                     knit.course_mm * static_cast<double>(knit.rows.size()));
@@ -436,6 +437,28 @@ class ChartReader {
                               crossings, room));
     }
     for (std::size_t yarn = 0; yarn < letters_.size(); ++yarn) remark_on_floats(yarn);
+  }
+
+  /// Cost grows with the stitches: rows and columns that only repeat others are left out.
+  void cut_to_repeat() {
+    const auto repeat_of = [](std::size_t count, const auto& is_same) {
+      for (std::size_t n = 1;; ++n) {
+        std::size_t i = n;
+        while (i < count && is_same(i, i - n)) ++i;
+        if (i >= count && count % n == 0) return n;
+      }
+    };
+    const std::size_t up = repeat_of(
+        rows_.size(), [&](std::size_t i, std::size_t k) { return rows_[i].stitches == rows_[k].stitches; });
+    const std::size_t width = rows_.front().stitches.size();
+    const std::size_t across = repeat_of(width, [&](std::size_t i, std::size_t k) {
+      return std::ranges::all_of(rows_, [&](const Row& row) { return row.stitches[i] == row.stitches[k]; });
+    });
+    if (up == rows_.size() && across == width) return;
+    chart_.remarks.push_back(
+        fmt::format("{} x {} stitches, smallest repeat {} x {}", width, rows_.size(), across, up));
+    rows_.resize(up);
+    for (Row& row : rows_) row.stitches.resize(across);
   }
 
   void remark_on_floats(std::size_t yarn) {

@@ -17,6 +17,8 @@ struct ChartStitch {
   std::vector<int> through{0};
   int layer = 0;         ///< of a cable: its loop crosses in front of the others (1) or behind them (-1)
   std::size_t yarn = 0;  ///< that it is knitted with
+
+  bool operator==(const ChartStitch&) const = default;
 };
 
 /// One repeat of a knit. Each loop is held by one stitch of the course above (of the first course above the

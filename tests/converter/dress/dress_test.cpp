@@ -432,6 +432,7 @@ TEST_CASE("dress --all: what strangers' garments wear, and why the rest does not
         Case{"body-and-brows.glb", {}, "nothing is cloth: material #0 \"Skin\""},
         Case{"blend-texture-alpha-043.glb", {0}, "its alpha of 0.43 is not kept"},
         Case{"coincident-single-sided.glb", {0}, "is single-sided: other triangles lie on its back", false},
+        Case{"hidden-node.glb", {0}, "nodes that KHR_node_visibility hides are left out"},
         Case{"makehuman-dm.obj", {0}, "true size (0.65 m in dm, 1.98 m in foot)"},
         Case{"backdrop-plane.glb", {0}, "it is a flat rectangle, much larger than the rest"},
         Case{"avif-only.glb", {0}, "baseColorTexture of \"Cloth\" is AVIF"},

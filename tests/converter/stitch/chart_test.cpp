@@ -66,7 +66,7 @@ TEST_CASE("a cable's front stitches go to the left with f and to the right with 
   // C4F: the first two stitches of the row, which are the right ones, wait in front and are knitted last.
   CHECK(text_of(chart("3: K6\n2: K C4F K\n1: K6").knit.rows[1]) == "k k2+ k2+ k-2- k-2- k");
   CHECK(text_of(chart("3: k6\n2: k c4b k\n1: k6").knit.rows[1]) == "k k2- k2- k-2+ k-2+ k");
-  CHECK(text_of(chart("2: c2f 2\n1: k4").knit.rows[1]) == "k1+ k-1- k1+ k-1-");
+  CHECK(text_of(chart("2: c2f 2 p\n1: k5").knit.rows[1]) == "k1+ k-1- k1+ k-1- p");
 }
 
 TEST_CASE("rows may be written from the bottom or from the top") {
@@ -106,9 +106,33 @@ TEST_CASE("floats behind more than five stitches are remarked on, around the edg
   CHECK(remarks[0] == "yarn B floats behind 6 stitches of row 2: knitters catch what is longer than 5");
 }
 
+TEST_CASE("a chart is cut to its smallest repeat in both directions") {
+  struct Case {
+    const char* text;
+    std::size_t width, height;
+    const char* remark;
+  };
+  const Case cases[] = {
+      // NOLINT(modernize-avoid-c-arrays)
+      {"1: k4 p2 k4 p2", 6, 1, "12 x 1 stitches, smallest repeat 6 x 1"},
+      {"1: k p\n2: p k\n3: k p\n4: p k", 2, 2, "2 x 4 stitches, smallest repeat 2 x 2"},
+      {"1: c4f c4f\n2: k8\n3: k8\n4: c4f c4f\n5: k8\n6: k8", 4, 3, "8 x 6 stitches, smallest repeat 4 x 3"},
+      {"yarn A:\nyarn B:\n1: k4 [A B A A]\n2: k4", 4, 2, ""},
+      {"yarn A:\nyarn B:\n1: k4 [A B A B]\n2: k4", 2, 2, "4 x 2 stitches, smallest repeat 2 x 2"},
+      {"1: k p k p k", 5, 1, ""},  // no whole number of k p
+      {"1: k yo k2tog k", 4, 1, ""}};
+  for (const auto& [text, width, height, remark] : cases) {
+    CAPTURE(text);
+    const ChartText cut = chart(text);
+    CHECK(cut.knit.rows.size() == height);
+    CHECK(cut.knit.rows.front().size() == width);
+    CHECK((cut.remarks.empty() ? "" : cut.remarks.front()) == remark);
+  }
+}
+
 TEST_CASE("rows that say their side are read as knitters work them") {
   const ChartText worked =
-      chart("yarn A:\nyarn B:\nRow 1 (RS): k3 p [A3 B]\nrow 2 (ws): k p3 [B A3]\nROW 3: p k3 [B A3]\n");
+      chart("yarn A:\nyarn B:\nRow 1 (RS): k3 p [A3 B]\nrow 2 (ws): k p3 [B2 A2]\nROW 3: p k3 [B A3]\n");
   for (const auto& stitches : worked.knit.rows) {
     CHECK(text_of(stitches) == "p k k k");
     CHECK((stitches[0].yarn == 1 && stitches[3].yarn == 0));
