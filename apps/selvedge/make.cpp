@@ -127,13 +127,22 @@ void add_bake(Options& options, MakeCommand& command) {
   });
   options.number("--views", bake.views, "N", "View directions").further();
   options.number("--lights", bake.lights, "N", "Light directions").further();
-  options.number("--samples", bake.samples, "N", "Rays per texel and view").further();
+  options.number("--samples", bake.samples, "N", "Rays, or at least 36 points of yarn, per texel and view")
+      .further();
+  static constexpr std::array<std::string_view, 2> roads{"lines", "paths"};
+  options
+      .choice("--indirect", roads,
+              fmt::format("Light between yarns: along lines through the yarn, or paths on a mesh of it [{}]",
+                          name_of(bake.indirect)),
+              [&bake](std::size_t index) { bake.indirect = static_cast<IndirectLight>(index); })
+      .further();
   add_bounces(options, bake.bounces);
   options
       .number("--pairs", bake.held_out_pairs, "N",
               "Random pairs of directions to measure errors by, and as many to choose layers by")
       .further();
-  options.number("--truth-samples", bake.truth_samples, "N", "Rays per texel and pair, rounded down to even")
+  options
+      .number("--truth-samples", bake.truth_samples, "N", "The same per texel and pair, rounded down to even")
       .further();
   static constexpr std::array<std::string_view, 2> sides{"front", "both"};
   options.choice("--sides", sides,
@@ -180,6 +189,12 @@ void add_quality(Options& options, MakeCommand& command) {
     if (!given("--pairs")) make.bake.held_out_pairs = quality.bake.held_out_pairs;
     make.bake.validation_pairs = make.bake.held_out_pairs;
     if (!given("--yarns")) make.bake.yarns = quality.bake.yarns;
+    // The paper's texels have paths; the light of stored yarn comes along lines.
+    if (!given("--indirect"))
+      make.bake.indirect = make.bake.yarns ? IndirectLight::lines : quality.bake.indirect;
+    options.refuse_if(
+        options.declared("input") && make.bake.indirect == IndirectLight::lines && is_stitch(command.input),
+        "needs --indirect paths", {"--bounces", "--grid"});
     if (!given("--lobes")) make.fit.lobes = quality.fit.lobes;
     make.write = quality.write;
     make.budget_texels = 0;
@@ -200,7 +215,7 @@ void add_recipe(Options& options, MakeCommand& command) {
       command.recipe["set"][setting.substr(0, equals)] = recipe_value(setting.substr(equals + 1));
     }
     for (const char* name :
-         {"--quality", "--texels", "--views", "--lights", "--samples", "--bounces", "--pairs",
+         {"--quality", "--texels", "--views", "--lights", "--samples", "--indirect", "--bounces", "--pairs",
           "--truth-samples", "--sides", "--yarns", "--seed", "--grid", "--lobes", "--no-table"})
       for (const std::string& text : options.texts(name)) command.recipe[name + 2] = recipe_value(text);
     if (command.options.bytes) command.recipe["bytes"] = *command.options.bytes;
@@ -256,9 +271,7 @@ Baked bake_cell(const MakeCommand& command) {
     if (!command.rays_given) share_rays(options);
     tell_work(size, command, options);
   };
-  // The yarn lights itself; a mesh is for what is traced (docs/bake.md).
-  cell_options.mesh_of_stitch = (!options.yarns && command.quality == "paper") || command.bounces_given ||
-                                cell_options.mesh.cells_across.has_value();
+  cell_options.mesh_of_stitch = options.indirect == IndirectLight::paths;
   const auto cell = value_or_throw(find_cell(command.input, cell_options));
   if (cell.stitch)
     value_or_throw(set_texels(cell.stitch->min_texels, cell.stitch->repeats, command.texels_given,

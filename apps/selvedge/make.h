@@ -21,7 +21,7 @@ struct MakeCommand {
   MakeOptions options = quality_named(default_quality);
   std::string quality{default_quality};
   bool texels_given = false;     ///< if not, the stitch may raise the default
-  bool bounces_given = false;    ///< if not, light within translucent yarn has as many bounces as there are
+  bool bounces_given = false;    ///< if not, paths within translucent yarn have any number of bounces
   bool rays_given = false;       ///< if not, many texels share the rays of a pair
   Json recipe = Json::object();  ///< options that the fabric depends on, as given
   std::string samples;           ///< file to keep them in; empty: none

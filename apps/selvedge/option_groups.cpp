@@ -62,7 +62,7 @@ Option add_cell(Options& options, std::string& input, CellOptions& cell) {
 
 void add_bounces(Options& options, int& bounces) {
   options.text("--bounces", "N|unlimited",
-               fmt::format("Indirect bounces of light [{}]",
+               fmt::format("Bounces of light along paths [{}]",
                            bounces == unlimited_bounces ? "unlimited" : std::to_string(bounces)),
                [&bounces](const std::string& t) {
                  bounces = t == "unlimited"

@@ -20,11 +20,11 @@ namespace selvedge {
 
 /// How interreflection between yarns is computed.
 enum class IndirectLight {
-  traced,  ///< of a mesh: along paths
-  lines    ///< of yarn without a mesh: by global lines (line_light.h), any number of bounces
+  lines,  ///< of yarn without a mesh: by global lines (line_light.h), any number of bounces
+  paths   ///< of a mesh: along paths
 };
 
-/// The name in files: "traced", "lines".
+/// The name in files and options: "lines", "paths".
 const char* name_of(IndirectLight indirect);
 
 /// Defaults are the paper's scale.
@@ -33,17 +33,18 @@ struct BakeOptions {
   int height = 32;  ///< texels along y
   int views = 64;   ///< 1 to 4096; laid out by grid_of()
   int lights = 64;
-  int samples = 8;  ///< rays per texel and view
+  int samples = 8;  ///< rays per texel and view; of yarn alone at least 36 points (16 of over 4,096 texels)
   int bounces = 2;  ///< of a mesh: indirect bounces, 0 to 64, or unlimited_bounces
-  IndirectLight indirect = IndirectLight::traced;  ///< set by bake()
-  bool rough_light = false;                        ///< of yarn without a mesh: by an eighth of the lines
+  /// What a stitch is made into: its yarn alone, or a mesh. bake() follows what it is given.
+  IndirectLight indirect = IndirectLight::paths;
+  bool rough_light = false;  ///< of yarn without a mesh: by an eighth of the lines
   /// Views and lights of both sides of the cloth; the samples are four times as many.
   bool both_sides = false;
   int validation_pairs = 96;
   int held_out_pairs = 96;
   /// Pairs that replace the random ones; unit directions with z >= 1e-3, or |z| for both sides.
   std::optional<ByPairKind<std::vector<DirectionPair>>> pairs;
-  int truth_samples = 64;  ///< rays per texel and pair, even
+  int truth_samples = 64;  ///< the same per texel and pair, even
   std::uint64_t seed = 1;
   /// Stores the yarn itself (format/fabric/yarns.h): the yarn of the mesh, or else the result of
   /// find_yarns(), unless more than a tenth of the surface is no round yarn.
@@ -55,10 +56,10 @@ struct BakeReport {
   double coverage = 0;          ///< mean opacity over texels and views
   double noise = 0;             ///< upper estimate of the relative error of the grid's samples (NoiseSum)
   double truth_noise = 0;       ///< the same for the pairs
-  int samples = 0;              ///< rays per texel and view
-  int truth_samples = 0;        ///< rays per texel and pair
+  int samples = 0;              ///< rays or points per texel and view
+  int truth_samples = 0;        ///< the same per texel and pair
   double reference_height = 0;  ///< mm above the lowest point
-  IndirectLight indirect = IndirectLight::traced;
+  IndirectLight indirect = IndirectLight::paths;
   std::vector<std::string> remarks;  ///< options that could not be followed, one line each
 };
 

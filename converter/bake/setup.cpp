@@ -39,7 +39,7 @@ void add_pairs_of_sides(SamplesHeader& header) {
 }  // namespace
 
 const char* name_of(IndirectLight indirect) {
-  constexpr std::array<const char*, 2> names{"traced", "lines"};
+  constexpr std::array<const char*, 2> names{"lines", "paths"};
   return names[static_cast<std::size_t>(indirect)];
 }
 

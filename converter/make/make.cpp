@@ -213,6 +213,7 @@ MakeOptions quality_named(std::string_view name) {
   }
   o.bake.width = o.bake.height = 8;
   o.bake.yarns = true;
+  o.bake.indirect = IndirectLight::lines;
   if (name == "draft") {
     o.bake.views = o.bake.lights = 36;
     o.bake.samples = 2;

@@ -28,6 +28,9 @@ struct Cell {
   std::vector<std::string> remarks;    ///< choices, guesses and omissions, one line each
 };
 
+/// Whether find_cell() takes this for a stitch, draft or chart, not for a mesh file.
+bool is_stitch(const std::string& name_or_path);
+
 /// The mesh of one cell from a built-in stitch's name ("plain-knit"), a stitch description (a path ending in
 /// .json), a weaving draft (.wif, or by its beginning), a knitting chart (.txt) or a mesh file (any other
 /// path).

@@ -43,8 +43,8 @@ inline Side side_of(const DirectionPair& pair) {
 struct SamplesHeader : FabricInfo {
   int width = 32;
   int height = 32;
-  int samples_per_texel = 0;  ///< rays per texel and view
-  int truth_samples = 0;      ///< rays per texel of the pair sets
+  int samples_per_texel = 0;  ///< rays or splatted points per texel and view
+  int truth_samples = 0;      ///< the same per texel of the pair sets
   ByPairKind<std::vector<DirectionPair>> pairs;
   YarnCounts yarns;  ///< of the yarn of the file
   /// Views and lights: the directions of the grids, then the same mirrored in the plane of the cloth. Pairs
