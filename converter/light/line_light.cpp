@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <iterator>
 #include <numbers>
 #include <numeric>
@@ -13,6 +14,7 @@
 #include "converter/light/yarn_lines.h"
 #include "format/base/parallel.h"
 #include "format/base/scratch_pool.h"
+#include "format/simd/wide.h"
 
 namespace selvedge {
 namespace {
@@ -34,8 +36,11 @@ constexpr float lustre_of_gloss = 0.7F;
 
 using Functions = std::array<float, functions>;
 using Moments = std::array<Functions, orders>;
-template <typename T>
-using ByColour = std::array<T, 3>;
+/// The functions of three colours, [colour * functions + function], and zeros up to whole vectors.
+struct alignas(64) ColourFunctions {
+  std::array<float, 32> v{};
+};
+static_assert(3 * functions <= 32);
 
 std::array<float, orders> chebyshev(float x) { return {1, 2 * x, 4 * x * x - 1}; }
 
@@ -70,19 +75,18 @@ Wall wall_of(const YarnCurve& curve, const V3f& through) {
 /// Light that patches get from each other, in the measure of the lines between them.
 class Exchange {
  public:
-  struct Link {
-    std::int32_t to, from;
-    float area;  ///< of the line
-  };
   struct Part {
     std::int32_t from;
     float weight;
   };
-  explicit Exchange(int rows) : start_(rows + 1, 0) {}
-  /// Sums the areas of equal links.
-  void add(std::span<const Link> links);
-  /// Makes form factors of the sums.
+  explicit Exchange(int rows) : start_(rows + 1, 0), first_(rows + 2) {}
+  /// Sums the areas of equal links. `for_each_link` calls its argument, twice over, for each: with the patch
+  /// that is lit, the one that lights it, and the area of their line.
+  template <class ForEachLink>
+  void add(const ForEachLink& for_each_link);
+  /// Makes form factors of the sums, to which nothing is added any more.
   void divide_by(std::span<const float> areas) {
+    added_ = sums_ = std::vector<Part>();
     for (std::size_t row = 0; row < areas.size(); ++row)
       for (std::size_t k = start_[row]; k < start_[row + 1]; ++k) parts_[k].weight /= areas[row];
   }
@@ -93,18 +97,24 @@ class Exchange {
  private:
   std::vector<std::size_t> start_;
   std::vector<Part> parts_;  ///< of each row by rising `from`
+  std::vector<std::size_t> first_;
+  std::vector<Part> added_, sums_;
 };
 
-void Exchange::add(std::span<const Link> links) {
-  std::vector<std::size_t> first(start_.size() + 1, 0);
-  for (const Link& link : links) ++first[link.to + 2];
-  std::partial_sum(first.begin(), first.end(), first.begin());
-  std::vector<Part> added(links.size());
-  for (const Link& link : links) added[first[link.to + 1]++] = {link.from, link.area};
-  std::vector<Part> sums;
-  sums.reserve(parts_.size() + added.size() / 2);
+template <class ForEachLink>
+void Exchange::add(const ForEachLink& for_each_link) {
+  std::ranges::fill(first_, 0);
+  for_each_link([&](int to, int, float) { ++first_[to + 2]; });
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  added_.resize(first_.back());
+  for_each_link([&](int to, int from, float area) { added_[first_[to + 1]++] = {from, area}; });
+  std::vector<Part>& sums = sums_;
+  sums.clear();
+  // At least twice as many as before, since memory of its size returns to the system.
+  if (const std::size_t room = parts_.size() + added_.size() / 2; sums.capacity() < room)
+    sums.reserve(2 * room);
   for (std::size_t row = 0; row + 1 < start_.size(); ++row) {
-    const std::span more(added.data() + first[row], first[row + 1] - first[row]);
+    const std::span more(added_.data() + first_[row], first_[row + 1] - first_[row]);
     std::ranges::stable_sort(more, {}, &Part::from);
     const auto before = this->row(static_cast<int>(row));
     const std::size_t begin = sums.size();
@@ -120,7 +130,67 @@ void Exchange::add(std::span<const Link> links) {
     sums.resize(end);
   }
   start_.back() = sums.size();
-  parts_ = std::move(sums);
+  std::swap(parts_, sums);
+}
+
+/// Adds what patches send to the one that has this row, for all colours at once.
+SELVEDGE_WIDE
+void add_row(std::span<const Exchange::Part> row, const ColourFunctions* sent, ColourFunctions& to) {
+  using Half = float __attribute__((vector_size(64)));
+  Half low;
+  Half high;
+  std::memcpy(&low, to.v.data(), sizeof low);
+  std::memcpy(&high, &to.v[16], sizeof high);
+  for (const Exchange::Part& part : row) {
+    Half arriving;
+    std::memcpy(&arriving, sent[part.from].v.data(), sizeof arriving);
+    low += part.weight * arriving;
+    std::memcpy(&arriving, &sent[part.from].v[16], sizeof arriving);
+    high += part.weight * arriving;
+  }
+  std::memcpy(to.v.data(), &low, sizeof low);
+  std::memcpy(&to.v[16], &high, sizeof high);
+}
+
+/// `back` times the light of a side of a wall, and `through` times the other side's.
+SELVEDGE_WIDE
+void send_on(const V3f& back, const ColourFunctions& light, const V3f& through, const ColourFunctions& other,
+             ColourFunctions& sent) {
+  for (int c = 0; c < 3; ++c) {
+    for (int k = c * functions; k < (c + 1) * functions; ++k)
+      sent.v[k] = back[c] * light.v[k] + through[c] * other.v[k];
+  }
+}
+
+/// How a patch reflects light of the sky.
+struct FirstReflection {
+  V3f back;
+  float gloss, lustre;
+};
+/// Adds to the irradiance of another patch, and to the light that it has met, both `weight` times.
+SELVEDGE_WIDE
+void reflect_first(const FirstReflection& by, const Moments& direct, const std::array<float, orders>& u,
+                   float weight, float* irradiance, const std::array<float, orders>& v, Moments* met) {
+  Functions body{};
+  Functions gloss{};
+  float of_body = 1;
+  float of_gloss = by.gloss;
+  for (int n = 0; n < orders; ++n) {
+    for (int k = 0; k < functions; ++k) {
+      body[k] += of_body * u[n] * direct[n][k];
+      gloss[k] += of_gloss * u[n] * direct[n][k];
+    }
+    of_body *= -by.lustre;
+    of_gloss *= -lustre_of_gloss;
+  }
+  for (int c = 0; c < 3; ++c) {
+    for (int k = 0; k < functions; ++k) *irradiance++ += weight * (by.back[c] * body[k] + gloss[k]);
+  }
+  if (met == nullptr) return;
+  const float all = by.back.x + by.back.y + by.back.z;
+  for (int n = 0; n < orders; ++n) {
+    for (int k = 0; k < functions; ++k) (*met)[n][k] += weight * v[n] * (all * body[k] + 3 * gloss[k]);
+  }
 }
 
 /// Inner products of the functions over light from evenly all around, and their means.
@@ -194,8 +264,8 @@ class LineLight {
   void light_directly(bool below);
   void light_first(bool below);
   void send_first(const PatchFace& from, const PatchFace& to, float area, bool with_moments);
-  void send(int patch, int colour, std::vector<Functions>& sent) const;
-  bool solve(int colour);
+  void send(int patch, std::vector<ColourFunctions>& sent) const;
+  bool solve(std::vector<ColourFunctions>& settled);
   void add_to(std::vector<LitPlace>& places, int curve, bool below) const;
 
   const Yarns& yarns_;
@@ -211,9 +281,8 @@ class LineLight {
   std::vector<Moments> met_;     ///< of fronts: light by way of one other patch, likewise, over all colours
   std::vector<Functions> sky_;   ///< irradiance from the sky
   std::vector<std::array<double, light_moments>> moments_;  ///< of fronts: of the light that they meet
-  using Light = ByColour<std::vector<Functions>>;
-  Light light_;               ///< irradiance by way of others
-  std::array<Light, 2> lit_;  ///< the same from above and below, when it is found
+  std::vector<ColourFunctions> light_;                      ///< irradiance by way of others
+  std::array<std::vector<ColourFunctions>, 2> lit_;  ///< the same from above and below, when it is found
 };
 
 void LineLight::find_exchange() {
@@ -222,33 +291,46 @@ void LineLight::find_exchange() {
   // About as many lines for each patch.
   const float spacing = o_.spacing * thinnest * std::sqrt(2 / static_cast<float>(patches_.parts()));
   area_.assign(patches_.count(), 0);
-  std::vector<Exchange::Link> links;
-  const auto link = [&](int a, int b, float area) {
-    area_[a] += area;
-    area_[b] += area;
-    links.push_back({a, b, area});
-    links.push_back({b, a, area});
-  };
   crossings_.resize(o_.directions);
   ScratchPool<LineScratch> scratch;
-  for (int first = 0; first < o_.directions; first += directions_at_once) {
-    const int end = std::min(o_.directions, first + directions_at_once);
+  std::size_t links = 0;
+  for (int first = 0, end = 0, unlinked = 0; first < o_.directions; first = end) {
+    end = std::min(o_.directions, first + directions_at_once);
     parallel_for(first, end, [&](int i) {
       crossings_[i] =
           cross_yarn(yarns_, patches_, spiral_direction(i, o_.directions), spacing, i, *scratch.lend());
     });
-    for (int i = first; i < end; ++i) {
-      LineCrossings& c = crossings_[i];
-      for (const auto& [upper, lower] : c.outside) link(upper.patch, lower.patch, c.area);
-      for (const auto& [a, b] : c.inside) link(patches_.inside_of(a), patches_.inside_of(b), c.area);
+    for (int i = first; i < end; ++i)
+      links += 2 * (crossings_[i].outside.size() + crossings_[i].inside.size());
+    if (links < max_links && end < o_.directions) continue;
+    exchange_.add([&](const auto& link) {
+      for (int i = unlinked; i < end; ++i) {
+        const LineCrossings& c = crossings_[i];
+        for (const auto& [upper, lower] : c.outside) {
+          link(upper.patch, lower.patch, c.area);
+          link(lower.patch, upper.patch, c.area);
+        }
+        for (const auto& [a, b] : c.inside) {
+          link(patches_.inside_of(a), patches_.inside_of(b), c.area);
+          link(patches_.inside_of(b), patches_.inside_of(a), c.area);
+        }
+      }
+    });
+    for (links = 0; unlinked < end; ++unlinked) {
+      LineCrossings& c = crossings_[unlinked];
+      for (const auto& [upper, lower] : c.outside) {
+        area_[upper.patch] += c.area;
+        area_[lower.patch] += c.area;
+      }
+      for (const auto& [a, b] : c.inside) {
+        area_[patches_.inside_of(a)] += c.area;
+        area_[patches_.inside_of(b)] += c.area;
+      }
       for (const auto* faces : {&c.lit, &c.lit_below}) {
         for (const PatchFace& face : *faces) area_[face.patch] += c.area;
       }
       c.inside = std::vector<std::array<std::int32_t, 2>>();
     }
-    if (links.size() < max_links && end < o_.directions) continue;
-    exchange_.add(links);
-    links.clear();
   }
   exchange_.divide_by(area_);
 }
@@ -256,10 +338,7 @@ void LineLight::find_exchange() {
 bool LineLight::light(bool below) {
   light_directly(below);
   light_first(below);
-  std::array<bool, 3> settled{};
-  parallel_for(0, 3, [&](int colour) { settled[colour] = solve(colour); });
-  lit_[below ? 1 : 0] = std::move(light_);
-  return settled[0] && settled[1] && settled[2];
+  return solve(lit_[below ? 1 : 0]);
 }
 
 /// Projects light of the sky that the lines see on the functions, by least squares over their directions.
@@ -290,39 +369,16 @@ void LineLight::light_directly(bool below) {
 
 /// Sends light that came from the sky on from one face to another, by the lustre of the body and the gloss.
 void LineLight::send_first(const PatchFace& from, const PatchFace& to, float area, bool with_moments) {
-  const Wall& wall = walls_[curve_[from.patch]];
-  const V3f back = back_of(from.patch);
-  const Moments& direct = direct_[from.patch];
-  const auto u = chebyshev(from.along);
-  Functions body{};
-  Functions gloss{};
-  float of_body = 1;
-  float of_gloss = wall.gloss;
-  for (int n = 0; n < orders; ++n) {
-    for (int k = 0; k < functions; ++k) {
-      body[k] += of_body * u[n] * direct[n][k];
-      gloss[k] += of_gloss * u[n] * direct[n][k];
-    }
-    of_body *= -lustre_[curve_[from.patch]];
-    of_gloss *= -lustre_of_gloss;
-  }
+  const int curve = curve_[from.patch];
   const float weight = area / area_[to.patch];
-  for (int c = 0; c < 3; ++c) {
-    Functions& irradiance = light_[c][to.patch];
-    for (int k = 0; k < functions; ++k) irradiance[k] += weight * (back[c] * body[k] + gloss[k]);
-  }
-  if (!with_moments || !is_front(to.patch)) return;
-  const auto v = chebyshev(to.along);
-  const float all = back.x + back.y + back.z;
-  for (int n = 0; n < orders; ++n) {
-    for (int k = 0; k < functions; ++k)
-      met_[to.patch][n][k] += weight * v[n] * (all * body[k] + 3 * gloss[k]);
-  }
+  Moments* const met = with_moments && is_front(to.patch) ? &met_[to.patch] : nullptr;
+  reflect_first({back_of(from.patch), walls_[curve].gloss, lustre_[curve]}, direct_[from.patch],
+                chebyshev(from.along), weight, light_[to.patch].v.data(), chebyshev(to.along), met);
 }
 
 /// Lights patches by way of one other, and keeps of the sky's light what is needed then.
 void LineLight::light_first(bool below) {
-  for (std::vector<Functions>& light : light_) light.assign(patches_.count(), Functions{});
+  light_.assign(patches_.count(), {});
   if (!below) met_.assign(patches_.fronts(), Moments{});
   for (const LineCrossings& c : crossings_) {
     for (const auto& [upper, lower] : c.outside) {
@@ -339,68 +395,74 @@ void LineLight::light_first(bool below) {
   met_ = std::vector<Moments>();
 }
 
-/// Sends on the light of a colour that reached a patch by way of others, and the sky's through its wall.
-void LineLight::send(int patch, int colour, std::vector<Functions>& sent) const {
+/// Sends on the light that reached a patch by way of others, and the sky's through its wall.
+void LineLight::send(int patch, std::vector<ColourFunctions>& sent) const {
   const Wall& wall = walls_[curve_[patch]];
-  const std::vector<Functions>& all = light_[colour];
-  const Functions& light = all[patch];
-  Functions& out = sent[patch];
-  if (is_inside(patch)) {
-    const int first = (patch - patches_.first_inside()) * YarnPatches::inside_parts;
-    float area = 1e-30F;
-    Functions mean{};
-    for (int p = first; p < first + YarnPatches::inside_parts; ++p) {
-      area += area_[p];
-      for (int k = 0; k < functions; ++k) mean[k] += area_[p] * (sky_[p][k] + all[p][k]);
-    }
-    for (int k = 0; k < functions; ++k)
-      out[k] = wall.inside_back[colour] * light[k] + wall.through[colour] * mean[k] / area;
+  if (!is_inside(patch)) {
+    send_on(back_of(patch) + V3f(wall.gloss), light_[patch], is_front(patch) ? wall.through : V3f(0),
+            light_[is_front(patch) ? patches_.inside_of(patch) : patch], sent[patch]);
     return;
   }
-  const float back = back_of(patch)[colour] + wall.gloss;
-  for (int k = 0; k < functions; ++k) out[k] = back * light[k];
-  if (!is_front(patch)) return;
-  const Functions& inside = all[patches_.inside_of(patch)];
-  for (int k = 0; k < functions; ++k) out[k] += wall.through[colour] * inside[k];
+  const int first = (patch - patches_.first_inside()) * YarnPatches::inside_parts;
+  float area = 1e-30F;
+  ColourFunctions mean;
+  for (int p = first; p < first + YarnPatches::inside_parts; ++p) {
+    area += area_[p];
+    for (int k = 0; k < 3 * functions; ++k) mean.v[k] += area_[p] * (sky_[p][k % functions] + light_[p].v[k]);
+  }
+  const float* light = light_[patch].v.data();
+  float* out = sent[patch].v.data();
+  for (int k = 0; k < 3 * functions; ++k)
+    out[k] = wall.inside_back[k / functions] * light[k] + wall.through[k / functions] * mean.v[k] / area;
 }
 
-/// Adds to the light by way of one other patch what comes by way of more: by Gauss and Seidel, in both
-/// orders by turns.
-bool LineLight::solve(int colour) {
+/// Adds to the light by way of one other patch what comes by way of more, by symmetric Gauss-Seidel sweeps.
+/// `settled`: each colour as it is when it no longer changes.
+bool LineLight::solve(std::vector<ColourFunctions>& settled) {
   constexpr int max_sweeps = 500;
   constexpr double tolerance = 2e-4;
-  const std::vector<Functions> by_one = light_[colour];
-  std::vector<Functions>& light = light_[colour];
-  std::vector<Functions> sent(patches_.count(), Functions{});
-  for (int p = 0; p < patches_.count(); ++p) send(p, colour, sent);
-  double before = 0;
-  for (int sweep = 0; sweep < max_sweeps; ++sweep) {
-    double change = 0;
-    double all = 0;
+  const std::vector<ColourFunctions> by_one = light_;
+  settled.resize(light_.size());
+  std::vector<ColourFunctions> sent(light_.size());
+  for (int p = 0; p < patches_.count(); ++p) send(p, sent);
+  std::array<double, 3> before{};
+  std::vector<int> colours{0, 1, 2};  // that change
+  const auto keep = [&](int colour) {
+    for (std::size_t p = 0; p < light_.size(); ++p)
+      std::copy_n(&light_[p].v[colour * functions], functions, &settled[p].v[colour * functions]);
+  };
+  for (int sweep = 0; sweep < max_sweeps && !colours.empty(); ++sweep) {
+    std::array<double, 3> change{};
+    std::array<double, 3> all{};
     for (int step = 0; step < patches_.count(); ++step) {
       const int p = sweep % 2 == 0 ? step : patches_.count() - 1 - step;
-      Functions sum = by_one[p];
-      for (const auto& [from, weight] : exchange_.row(p)) {
-        const Functions& arriving = sent[from];
-        for (int k = 0; k < functions; ++k) sum[k] += weight * arriving[k];
+      ColourFunctions sum = by_one[p];
+      add_row(exchange_.row(p), sent.data(), sum);
+      for (const int c : colours) {
+        // The first function is even light.
+        const float even = sum.v[c * functions];
+        change[c] += std::abs(static_cast<double>(even - light_[p].v[c * functions]));
+        all[c] += std::abs(static_cast<double>(even));
       }
-      // The first function is even light.
-      change += std::abs(static_cast<double>(sum[0] - light[p][0]));
-      all += std::abs(static_cast<double>(sum[0]));
-      light[p] = sum;
-      send(p, colour, sent);
-      if (is_front(p)) send(patches_.inside_of(p), colour, sent);
+      light_[p] = sum;
+      send(p, sent);
+      if (is_front(p)) send(patches_.inside_of(p), sent);
       if (is_inside(p)) {
         const int first = (p - patches_.first_inside()) * YarnPatches::inside_parts;
-        for (int front = first; front < first + YarnPatches::inside_parts; ++front) send(front, colour, sent);
+        for (int front = first; front < first + YarnPatches::inside_parts; ++front) send(front, sent);
       }
     }
-    // The rest of a geometric series is missing.
-    const double rate = before > 0 ? std::min(change / before, 0.999) : 0.999;
-    if (change * rate / (1 - rate) <= tolerance * all) return true;
+    std::erase_if(colours, [&](int c) {
+      // The rest of a geometric series is missing.
+      const double rate = before[c] > 0 ? std::min(change[c] / before[c], 0.999) : 0.999;
+      const bool small = change[c] * rate / (1 - rate) <= tolerance * all[c];
+      if (small) keep(c);
+      return small;
+    });
     before = change;
   }
-  return false;
+  for (const int c : colours) keep(c);
+  return colours.empty();
 }
 
 /// The place at an angle about a ply, between two stations.
@@ -443,6 +505,7 @@ void LineLight::find_places(int c, std::vector<LitPlace>& all) const {
   all.clear();
   const int plies = curve.plies.count;
   const int parts = curve.stations * patches_.parts();
+  all.reserve(std::size_t{2} * parts * plies * YarnPatches::around);
   // Plies touch their neighbours so far from their outermost line.
   const float reach = plies == 1 ? pi : pi / 2 + pi / static_cast<float>(plies);
   // Nearly the largest: nothing covers it.
@@ -476,7 +539,7 @@ void LineLight::find_places(int c, std::vector<LitPlace>& all) const {
 
 void LineLight::add_to(std::vector<LitPlace>& places, int c, bool below) const {
   const EvenLight& even = even_light();
-  const Light& light = lit_[below ? 1 : 0];
+  const std::vector<ColourFunctions>& light = lit_[below ? 1 : 0];
   const YarnCurve& curve = yarns_.data().curves[c];
   const Gloss& gloss = curve.gloss;
   const V3f reflected =
@@ -490,12 +553,13 @@ void LineLight::add_to(std::vector<LitPlace>& places, int c, bool below) const {
     const int inside = patches_.inside_of(front);
     std::array<double, 2> mean{};  // of the light that the surface reflects, and that comes through it
     for (int k = 0; k < columns; ++k) {
-      const std::vector<Functions>& of_colour = light[k % 3];
-      const float outside = of_colour[front][k / 3] + (direct ? sky_[front][k / 3] : 0);
+      const int function = k % 3 * functions + k / 3;
+      const float lit = light[front].v[function];
+      const float outside = lit + (direct ? sky_[front][k / 3] : 0);
       const float back = reflected[k % 3] * outside;
-      const float through = walls_[c].through[k % 3] * of_colour[inside][k / 3];
+      const float through = walls_[c].through[k % 3] * light[inside].v[function];
       to[(below ? columns : 0) + k] = static_cast<double>((back + through) * std::numbers::inv_pi_v<float>);
-      mean[0] += static_cast<double>(reflected[k % 3] * of_colour[front][k / 3] * even.mean[k / 3]);
+      mean[0] += static_cast<double>(reflected[k % 3] * lit * even.mean[k / 3]);
       mean[1] += static_cast<double>(through * even.mean[k / 3]);
     }
     if (below || gloss.lustre == 0 || !(mean[0] > 0)) continue;

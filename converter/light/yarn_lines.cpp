@@ -5,6 +5,8 @@
 #include <numbers>
 #include <span>
 
+#include "format/simd/wide_float.h"
+
 namespace selvedge {
 namespace {
 
@@ -81,6 +83,9 @@ void cross_piece(const Yarns::Segment& s, std::int32_t piece, const LineGrid& gr
     low[k] = grid.first_from(from + std::min(along, 0.0F) - reach, k);
     high[k] = grid.last_to(from + std::max(along, 0.0F) + reach, k);
   }
+  if (low[0] > high[0] || low[1] > high[1]) return;
+  const auto lines = static_cast<std::size_t>(high[0] - low[0] + 1) * (high[1] - low[1] + 1);
+  if (to.found.size() < to.count + lines + 1) to.found.resize(2 * to.count + lines + 1);
   for (int j = low[1]; j <= high[1]; ++j) {
     const float y = grid.place(j, 1);
     int first = low[0];
@@ -91,23 +96,37 @@ void cross_piece(const Yarns::Segment& s, std::int32_t piece, const LineGrid& gr
       first = std::max(first, grid.first_from(left, 0));
       last = std::min(last, grid.last_to(right, 0));
     }
-    for (int i = first; i <= last; ++i) {
-      const float x = grid.place(i, 0);
-      const float d = off + distance.x * x;
-      const float half = std::sqrt(std::max(0.0F, r2 - d * d));
-      float top = middle.at(x, y) + half;
-      float bottom = middle.at(x, y) - half;
-      const float w = place.at(x, y);
+    if (first > last) continue;
+    const int line = grid.wrapped(j, 1) * grid.count.x;
+    int column = grid.wrapped(first, 0);
+    // Four lines at a time, all of which are written: whether one meets the piece cannot be predicted.
+    using Four = WideFloat<4>;
+    for (int i = first; i <= last; i += 4) {
+      Four steps;
+      for (int k = 0; k < 4; ++k) steps.v[k] = static_cast<float>(i + k);
+      const Four x = (steps + Four(grid.shift[0])) * Four(grid.step[0]);
+      const auto at_line = [&](const Form& form) {
+        return Four(form.constant) + x * Four(form.x) + Four(y * form.y);
+      };
+      const Four d = Four(off) + Four(distance.x) * x;
+      const Four half = sqrt(max(Four(0), Four(r2) - d * d));
+      const Four centre = at_line(middle);
+      const Four w = at_line(place);
+      Four top = centre + half;
+      Four bottom = centre - half;
       if (std::abs(along_way) > 1e-6F) {
-        const auto [under, over] = std::minmax({(start - w) / along_way, (end - w) / along_way});
-        top = std::min(top, over);
-        bottom = std::max(bottom, under);
-      } else if (w < start || w > end) {
-        continue;
+        const Four one = (Four(start) - w) / Four(along_way);
+        const Four other = (Four(end) - w) / Four(along_way);
+        top = min(top, max(one, other));
+        bottom = max(bottom, min(one, other));
+      } else {
+        top = if_greater(Four(start), w, bottom, if_greater(w, Four(end), bottom, top));
       }
-      if (!(top > bottom)) continue;
-      to.found.push_back({top, bottom, piece});
-      to.line.push_back(grid.wrapped(j, 1) * grid.count.x + grid.wrapped(i, 0));
+      for (int k = 0; k < std::min(4, last - i + 1); ++k) {
+        to.found[to.count] = {top.v[k], bottom.v[k], piece, line + column};
+        to.count += top.v[k] > bottom.v[k] ? 1 : 0;
+        column = column + 1 < grid.count.x ? column + 1 : 0;
+      }
     }
   }
 }
@@ -245,20 +264,20 @@ LineCrossings cross_yarn(const Yarns& yarns, const YarnPatches& patches, const V
   const auto& segments = yarns.inside().segments;
   float thinnest = 1e30F;
   for (const YarnCurve& curve : yarns.data().curves) thinnest = std::min(thinnest, radius_of_plies(curve));
-  scratch.found.clear();
-  scratch.line.clear();
+  scratch.count = 0;
   for (std::size_t i = 0; i < segments.size(); ++i)
     cross_piece(segments[i], static_cast<std::int32_t>(i), grid, scratch);
 
   const auto lines = static_cast<std::size_t>(grid.count.x) * static_cast<std::size_t>(grid.count.y);
   std::vector<std::size_t>& first = scratch.first;
   first.assign(lines + 1, 0);
-  for (const std::int32_t line : scratch.line) ++first[line + 1];
+  const std::span found(scratch.found.data(), scratch.count);
+  for (const Interval& item : found) ++first[item.line + 1];
   for (std::size_t l = 0; l < lines; ++l) first[l + 1] += first[l];
   std::vector<Interval>& sorted = scratch.by_line;
-  sorted.resize(scratch.found.size());
+  sorted.resize(std::max(sorted.size(), found.size()));
   scratch.next.assign(first.begin(), first.end() - 1);
-  for (std::size_t i = 0; i < sorted.size(); ++i) sorted[scratch.next[scratch.line[i]]++] = scratch.found[i];
+  for (const Interval& item : found) sorted[scratch.next[item.line]++] = item;
   LineWalk walk(yarns, patches, grid, thinnest, out);
   for (std::size_t l = 0; l < lines; ++l) {
     const std::span items(sorted.data() + first[l], first[l + 1] - first[l]);

@@ -70,9 +70,10 @@ struct LineScratch {
   struct Interval {
     float top, bottom;  ///< heights, mm
     std::int32_t piece;
+    std::int32_t line;
   };
   std::vector<Interval> found, by_line;
-  std::vector<std::int32_t> line;  ///< of the intervals that are found
+  std::size_t count = 0;  ///< of the intervals that are found
   std::vector<std::size_t> first, next;
   LineCrossings crossings;
 };
