@@ -290,7 +290,7 @@ Result<nlohmann::ordered_json> sheet_of(const FoundStitch& stitch, const YarnDat
                                   {"thicknessMm", short_number(numbers->thickness_mm)},
                                   {"cover", short_number(numbers->cover)},
                                   {"coverWithHairs", short_number(numbers->cover_hairs)}};
-  const std::array<YarnRuns, 2> runs = Yarns(yarns, V2f(period)).variation().runs;
+  const std::array runs{runs_of(yarns, V2f(period), 0), runs_of(yarns, V2f(period), 1)};
   if (runs[0].rows > 0 && runs[1].rows > 0) {
     sheet["construction"] = "weave";
     sheet["endsPerCentimetre"] = short_number(runs[1].rows * 10 / period.x);

@@ -18,12 +18,11 @@ constexpr int rays = 192;
 /// Fraction of the covered area that rises above the plates of a thickness gauge, into their bearing.
 constexpr double bearing = 0.25;
 
-Yarns yarns_with(StitchPattern pattern, bool hairs) {
-  for (Yarn& yarn : pattern.yarns) yarn.hairiness = hairs ? yarn.hairiness : 0;
+YarnData curves_of(const StitchPattern& pattern) {
   YarnData data = value_or_throw(yarn_curves_of(pattern));
   data.light.resize(std::size_t{light_values_per_station} * counts_of(data).stations);
   value_or_throw(validate(data, V2f(pattern.period_mm)));
-  return {std::move(data), V2f(pattern.period_mm)};
+  return data;
 }
 
 /// Heights of the yarn, mm, where rays from above meet it.
@@ -70,12 +69,14 @@ Result<TextileNumbers> textile_numbers(const StitchPattern& pattern, int stitche
     }
     numbers.weight = weight / (pattern.period_mm.x * pattern.period_mm.y);
     if (stitches > 0) numbers.tightness = roots / length * 10 * stitches / length;
-    const Yarns yarns = yarns_with(pattern, false);
+    YarnData data = curves_of(pattern);
+    numbers.cover_hairs = cover_of(heights_seen({data, V2f(pattern.period_mm)}));
+    for (YarnCurve& curve : data.curves) curve.hairs = {};
+    const Yarns yarns(std::move(data), V2f(pattern.period_mm));
     const std::vector<float> heights = heights_seen(yarns);
-    const Yarns turned(turned_over(yarns, 0), yarns.period());
-    numbers.thickness_mm = plate_height(heights) + plate_height(heights_seen(turned));
+    numbers.thickness_mm =
+        plate_height(heights) + plate_height(heights_seen({turned_over(yarns, 0), yarns.period()}));
     numbers.cover = cover_of(heights);
-    numbers.cover_hairs = cover_of(heights_seen(yarns_with(pattern, true)));
     return numbers;
   });
 }

@@ -43,10 +43,13 @@ std::vector<ChainPoint> dense_points(const Yarn& yarn, double step) {
 int divisions_for(YarnCurve curve, std::span<const V3f> nodes, const V2f& period,
                   const YarnChainOptions& options) {
   constexpr int most = 64;
+  std::vector<Yarns::Segment> halves;
   const auto radius = static_cast<double>(radius_of_plies(curve));
   for (int parts = 1; parts <= most; ++parts) {
     curve.plies.divisions = 2 * parts;
-    const auto halves = segments_of(curve, nodes, period);
+    halves.clear();
+    halves.reserve(segment_count(curve));
+    append_segments_of(curve, nodes, period, halves);
     bool near = true;
     for (std::size_t i = 0; i < halves.size() && near; i += 2) {
       const V3d half(halves[i].along);

@@ -49,6 +49,7 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   YarnPieces pieces;
   std::vector<Yarns::Segment> hairs;
   std::span<const Yarns::Segment> rest = inside.segments;
+  hairs.reserve(std::ranges::count_if(rest, [](const Yarns::Segment& s) { return s.rank > 0; }));
   for (const YarnCurve& curve : data.curves) {
     const int of_ply = curve.nodes * curve.plies.divisions;
     float length = 0;
@@ -71,6 +72,7 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   pieces.segments.insert(pieces.segments.end(), hairs.begin(), hairs.end());
   for (const Yarns::Segment& s : hairs) pieces.thickest_hair = std::max(pieces.thickest_hair, s.radius);
   for (std::vector<float>& values : pieces.numbers) values.reserve(pieces.segments.size() + padding);
+  pieces.strands.reserve(pieces.segments.size());
   for (const Yarns::Segment& s : pieces.segments) {
     const V3f axis = squeezed(s.along, s.squeeze);
     const float length = axis.length();

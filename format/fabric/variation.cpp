@@ -74,17 +74,19 @@ YarnRuns with_lengths(float period) {
   return runs;
 }
 
-YarnRuns runs_of(const Yarns& yarns, int axis) {
-  YarnRuns runs = with_lengths(yarns.period()[axis]);
+}  // namespace
+
+YarnRuns runs_of(const YarnData& yarns, const V2f& period, int axis) {
+  YarnRuns runs = with_lengths(period[axis]);
   float squares = 0;
   int curves = 0;
-  for_each_curve(yarns.data(), [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
-    if ((runs_along_v(curve, yarns.period()) ? 1 : 0) != axis || curve.turns[axis] == 0) return;
+  for_each_curve(yarns, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
+    if ((runs_along_v(curve, period) ? 1 : 0) != axis || curve.turns[axis] == 0) return;
     if (curves == 0) {
       double middle = 0;
       for (const V3f& node : nodes) middle += static_cast<double>(axis == 0 ? -node.y : node.x);
       runs.offset = static_cast<float>(middle / static_cast<double>(nodes.size()) /
-                                       static_cast<double>(yarns.period()[1 - axis]));
+                                       static_cast<double>(period[1 - axis]));
     }
     ++curves;
     runs.rows += std::abs(curve.turns[axis]);
@@ -98,6 +100,8 @@ YarnRuns runs_of(const Yarns& yarns, int axis) {
   runs.change = std::sqrt(squares / static_cast<float>(curves));
   return runs;
 }
+
+namespace {
 
 /// Wales of a knit are as wide as its rows are high.
 YarnRuns places_of(const Yarns& yarns, const std::array<YarnRuns, 2>& runs, std::size_t axis) {
@@ -124,7 +128,7 @@ bool runs_along_v(const YarnCurve& curve, const V2f& period) {
 Variation variation_of(const Yarns& yarns) {
   Variation variation;
   variation.seed = static_cast<std::uint32_t>(yarns.data().curves.front().strands.seed);
-  variation.runs = {runs_of(yarns, 0), runs_of(yarns, 1)};
+  variation.runs = {runs_of(yarns.data(), yarns.period(), 0), runs_of(yarns.data(), yarns.period(), 1)};
   if (!variation.varies()) return variation;
   for (std::size_t axis = 0; axis < 2; ++axis)
     variation.places[axis] = places_of(yarns, variation.runs, axis);

@@ -12,6 +12,7 @@
 
 namespace selvedge {
 
+struct YarnData;
 class Yarns;
 struct YarnCurve;
 
@@ -47,6 +48,8 @@ inline constexpr int max_repeat = 1 << 30;
 
 /// Whether a curve counts as yarn along v.
 bool runs_along_v(const YarnCurve& curve, const V2f& period);
+/// The rows along an axis.
+YarnRuns runs_of(const YarnData& yarns, const V2f& period, int axis);
 Variation variation_of(const Yarns& yarns);
 
 /// Texture coordinates as whole repeats and the place within them, in [0, 1).

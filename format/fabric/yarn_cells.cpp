@@ -115,8 +115,11 @@ double memory_of(const YarnData& data, const V2f& period) {
   radius /= count;
   const CellSizes sizes = sizes_of(radius, period);
   double entries = 0;
+  std::vector<Yarns::Segment> segments;
   for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
-    for (const Yarns::Segment& s : segments_with_hairs(curve, nodes, period)) {
+    segments.clear();
+    append_segments_with_hairs(curve, nodes, period, segments);
+    for (const Yarns::Segment& s : segments) {
       const double around = reach_of(s) + 2 * sizes.half_diagonal;
       // The cells whose middles are near enough lie within these bounds about the segment.
       const double area = around * (2 * V2d(s.along.x, s.along.y).length() + std::numbers::pi * around);

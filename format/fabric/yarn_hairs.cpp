@@ -132,10 +132,11 @@ std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> node
   return hairs;
 }
 
-std::vector<Yarns::Segment> segments_with_hairs(const YarnCurve& curve, std::span<const V3f> nodes,
-                                                const V2f& period) {
-  std::vector<Yarns::Segment> segments = segments_of(curve, nodes, period);
-  const std::vector<YarnHair> hairs = hairs_of(curve, nodes, period, segments);
+void append_segments_with_hairs(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
+                                std::vector<Yarns::Segment>& segments) {
+  const std::size_t first = segments.size();
+  append_segments_of(curve, nodes, period, segments);
+  const std::vector<YarnHair> hairs = hairs_of(curve, nodes, period, std::span(segments).subspan(first));
   const float radius = curve.hairs.radius * curve.hairs.kept;
   for (std::size_t h = 0; h < hairs.size(); ++h) {
     for (int k = 0; k < pieces; ++k) {
@@ -154,7 +155,6 @@ std::vector<Yarns::Segment> segments_with_hairs(const YarnCurve& curve, std::spa
       segments.push_back(s);
     }
   }
-  return segments;
 }
 
 float empty_for(const Yarns::Segment& s) {

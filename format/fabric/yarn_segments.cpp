@@ -164,7 +164,6 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
   std::vector<AxisPlace> places;
   for (int i = 0; i < count; ++i) places.push_back(place_on(axis, curve, i / divisions, i % divisions));
   const double offset = static_cast<double>(curve.radius) * (1 - ply_radius(plies));
-  segments.reserve(static_cast<std::size_t>(plies) * count);
   for (int ply = 0; ply < plies; ++ply) {
     ChainNodes chain;
     chain.rows = rows_of_ply(curve, ply);
@@ -210,8 +209,15 @@ float radius_of_plies(const YarnCurve& curve) {
 
 std::vector<Yarns::Segment> segments_of(const YarnCurve& curve, std::span<const V3f> nodes,
                                         const V2f& period) {
-  const Axis axis = axis_of(curve, nodes, period);
   std::vector<Yarns::Segment> segments;
+  segments.reserve(segment_count(curve));
+  append_segments_of(curve, nodes, period, segments);
+  return segments;
+}
+
+void append_segments_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
+                        std::vector<Yarns::Segment>& segments) {
+  const Axis axis = axis_of(curve, nodes, period);
   if (curve.plies.count > 1) {
     append_plies(axis, curve, segments);
   } else {
@@ -223,7 +229,6 @@ std::vector<Yarns::Segment> segments_of(const YarnCurve& curve, std::span<const 
     for (double& fraction : chain.fraction) fraction /= axis.length.back();
     append_segments(chain, curve, segments);
   }
-  return segments;
 }
 
 StrandRows rows_of_ply(const YarnCurve& curve, int ply) {
@@ -244,11 +249,16 @@ void Yarns::derive_segments() {
   low_ = std::numeric_limits<float>::max();
   high_ = std::numeric_limits<float>::lowest();
   int station = 0;
+  std::size_t count = 0;
+  for (const YarnCurve& curve : data_.curves)
+    count += segment_count(curve) + std::size_t{hair_points - 1} * std::abs(curve.hairs.count);
+  segments_.reserve(count);
   for_each_curve(data_, [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> nodes) {
-    first_segment_.push_back(static_cast<int>(segments_.size()));
-    for (Segment& s : segments_with_hairs(curve, nodes, period_)) {
+    const std::size_t first = segments_.size();
+    first_segment_.push_back(static_cast<int>(first));
+    append_segments_with_hairs(curve, nodes, period_, segments_);
+    for (Segment& s : std::span(segments_).subspan(first)) {
       s.curve = static_cast<int>(c);
-      segments_.push_back(s);
       // Chains end where others begin, hairs do not.
       const float to = s.rank > 0 ? s.start.z + s.along.z : s.start.z;
       low_ = std::min(low_, std::min(s.start.z, to) - s.tall());

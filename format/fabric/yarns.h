@@ -311,6 +311,8 @@ float empty_for(const Yarns::Segment& segment);
 /// but the lengths of plies.
 std::vector<Yarns::Segment> segments_of(const YarnCurve& curve, std::span<const V3f> nodes,
                                         const V2f& period);
+void append_segments_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
+                        std::vector<Yarns::Segment>& segments);
 /// Calls visit(index, curve, its nodes) for all curves.
 template <class Visit>
 void for_each_curve(const YarnData& data, const Visit& visit) {
@@ -320,9 +322,9 @@ void for_each_curve(const YarnData& data, const Visit& visit) {
     rest = rest.subspan(data.curves[c].nodes);
   }
 }
-/// The same, followed by the pieces of its hairs.
-std::vector<Yarns::Segment> segments_with_hairs(const YarnCurve& curve, std::span<const V3f> nodes,
-                                                const V2f& period);
+/// Appends them, followed by the pieces of its hairs.
+void append_segments_with_hairs(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
+                                std::vector<Yarns::Segment>& segments);
 /// Hairs of a curve that has segments_of() `chain`.
 std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
                                std::span<const Yarns::Segment> chain);
