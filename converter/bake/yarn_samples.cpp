@@ -29,6 +29,9 @@ V3f rgb(const Group& group) { return {group[0], group[1], group[2]}; }
 
 struct YarnSampler::Scratch {
   CellScratch cell;
+  std::vector<V3f> table_lights;  ///< of cell.table, by their side as behind_table
+  bool behind_table = false;
+  std::array<std::unique_ptr<CellShadows>, 2> of_pairs;  ///< by side; no other pair has a pair's light
   /// [texel][light]: sums over the points of one colour, over the number of all points; opacity belongs to
   /// the first light.
   std::array<std::vector<Group>, 2> halves;
@@ -133,6 +136,9 @@ void YarnSampler::sample(const V3f& direction, std::span<const V3f> lights, int 
     view.lamps.clear();
     for (int l = 0; l < view.planes; ++l)
       view.lamps.push_back({behind ? mirrored(some[l]) : some[l], V3f(1, 1, 1), l});
+    scratch.cell.has_table = behind == scratch.behind_table && std::ranges::equal(some, scratch.table_lights);
+    scratch.table_lights.assign(some.begin(), some.end());
+    scratch.behind_table = behind;
     make_yarn_samples({&side.cell, &shadows, nullptr}, view, scratch.cell);
     add_points(points, lights.size(), first, some.size(), scratch);
   }
@@ -185,8 +191,13 @@ PairSamples YarnSampler::pair(const DirectionPair& pair, int samples, NoiseSum& 
   out.height = texels_.y;
   out.pairs = {pair};
   const auto scratch = scratch_.lend();
-  CellShadows shadows(sides_[pair.view.z < 0 ? 1 : 0]->cell);  // no other pair has its light
-  sample(pair.view, {&pair.light, 1}, samples, shadows, nullptr, *scratch);
+  const std::size_t side = pair.view.z < 0 ? 1 : 0;
+  std::unique_ptr<CellShadows>& shadows = scratch->of_pairs[side];
+  if (shadows == nullptr) {
+    shadows = std::make_unique<CellShadows>(sides_[side]->cell);
+    shadows->set_memory(0);
+  }
+  sample(pair.view, {&pair.light, 1}, samples, *shadows, nullptr, *scratch);
   const auto& [a, b] = scratch->halves;
   for (std::size_t t = 0; t < a.size(); ++t) {
     const V3f sum = rgb(a[t]) + rgb(b[t]);

@@ -158,7 +158,8 @@ SearchResult minimise(ChannelProblem& problem, ChannelState& state, double toler
 
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options) {
   std::array<ChannelFit, 3> fits;
-  StartSearch search(samples);
+  thread_local StartSearch search;
+  search.set(samples);
   for (int c = 0; c < 3; ++c) {
     ChannelProblem problem(samples, c, options.channel);
     ChannelState best = diffuse_state(samples, options.lobes);

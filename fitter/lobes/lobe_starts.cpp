@@ -89,7 +89,8 @@ bool same_directions(const Candidate& a, const Candidate& b) {
 
 }  // namespace
 
-StartSearch::StartSearch(const TexelSamples& samples) : samples_(samples) {
+void StartSearch::set(const TexelSamples& samples) {
+  views_ = samples.views;
   // Half of the lights, in a pattern without a direction (Thue-Morse).
   std::vector<std::size_t> lights;
   for (std::size_t l = 0; l < samples.lights.size(); ++l) {
@@ -101,6 +102,7 @@ StartSearch::StartSearch(const TexelSamples& samples) : samples_(samples) {
   columns_.resize((entries + 1) * size_);
   for (auto& radiance : radiance_) radiance.resize(size_);
   products_.resize(entries + 1);
+  for (std::vector<double>& row : products_) row.clear();
   std::vector<float> root(views);
   std::vector<float> weight(views);
   for (std::size_t v = 0; v < views; ++v) root[v] = static_cast<float>(std::sqrt(samples.weight[v]));
@@ -209,7 +211,7 @@ std::vector<ChannelState> StartSearch::starts(int channel, int lobes, std::size_
     ChannelState state;
     for (const std::size_t entry : candidate.entries) state.shapes.push_back(shape_of(entry));
     state.sizes = candidate.sizes;
-    state.table.assign(samples_.views, 1);
+    state.table.assign(views_, 1);
     result.push_back(std::move(state));
   }
   return result;

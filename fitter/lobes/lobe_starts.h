@@ -13,7 +13,8 @@ namespace selvedge {
 
 class StartSearch {
  public:
-  explicit StartSearch(const TexelSamples& samples);
+  /// Searches for these samples, which must outlive the search, in the memory that it has.
+  void set(const TexelSamples& samples);
 
   /// At most `count` starts with the given number of lobes, best first, no two with the same directions; at
   /// least one.
@@ -27,7 +28,7 @@ class StartSearch {
   const float* column(std::size_t i) const { return &columns_[i * size_]; }
   double product(std::size_t a, std::size_t b);
 
-  const TexelSamples& samples_;
+  std::size_t views_ = 0;
   std::size_t size_ = 0;        ///< of a column
   std::vector<float> columns_;  ///< [entry, the diffuse term first][sample], weighted
   std::array<std::vector<float>, 3> radiance_;

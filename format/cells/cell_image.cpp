@@ -449,7 +449,8 @@ void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, 
   const std::vector<FrontLamp> lamps = cast_shadows(yarn, view, pixel, shadows);
   scratch.wanted.clear();
   if (!view.size.is_whole()) want_stations(yarn, pieces, scratch.seen, lines, scratch.wanted);
-  const std::vector<LightSlot> slots = fill_table(yarn, view, scratch.wanted, scratch.table);
+  const std::vector<LightSlot> slots =
+      fill_table(yarn, view, scratch.wanted, scratch.has_table, scratch.table);
   const ShadingJob job{yarn, pieces, view, lamps, slots, scratch.table, width};
   PointShader(job, slope, scratch.seen, scratch).shade_all();
   if (lines) {

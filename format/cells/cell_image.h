@@ -59,6 +59,7 @@ struct CellImage {
 struct CellScratch {
   DepthGrid seen;
   std::vector<Group> table;  ///< [station][angle function][slot]
+  bool has_table = false;    ///< of the view's lamps already, and of no window
   std::vector<Group> raw;    ///< [row][column][plane]: radiance, opacity
   std::vector<Group> hairs;  ///< [hair][plane]: radiance, opacity
   std::vector<Group> rows, sums;

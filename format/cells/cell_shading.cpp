@@ -18,7 +18,8 @@ constexpr std::size_t max_lanes = 16;
 struct CurveNumbers {
   using Floats = std::array<float, max_lanes>;
   alignas(64) Floats slope, stations, gloss, rough, lustre, matt_x, matt_y, matt_z;
-  int curve = -1;  ///< of all lanes, or -1
+  int curve = -1;                       ///< of all lanes, or -1
+  std::array<int, max_lanes> curves{};  ///< of the lanes, and 1; 0: unset
 };
 
 void set_curve(const YarnCurve& curve, std::size_t i, CurveNumbers& numbers, StrandCurves& strands) {
@@ -141,7 +142,11 @@ struct PointLanes {
     }
     if (same && numbers.curve == curves[0]) return;
     const YarnData& data = job.yarn.yarns().data();
-    for (std::size_t i = 0; i < N; ++i) set_curve(data.curves[curves[i]], i, numbers, strands);
+    for (std::size_t i = 0; i < N; ++i) {
+      if (numbers.curves[i] == curves[i] + 1) continue;
+      numbers.curves[i] = curves[i] + 1;
+      set_curve(data.curves[curves[i]], i, numbers, strands);
+    }
     numbers.curve = same ? curves[0] : -1;
   }
 };
@@ -426,7 +431,8 @@ constexpr float min_bias = 0.003F;
 }  // namespace
 
 std::vector<LightSlot> fill_table(const CellYarn& yarn, const CellView& view,
-                                  std::span<const std::uint8_t> wanted, std::vector<Group>& table) {
+                                  std::span<const std::uint8_t> wanted, bool filled,
+                                  std::vector<Group>& table) {
   const YarnData& data = yarn.yarns().data();
   std::vector<LightSlot> slots;
   std::vector<std::pair<std::span<const float>, std::array<V3f, light_functions_of_yarn>>> sources;
@@ -446,6 +452,7 @@ std::vector<LightSlot> fill_table(const CellYarn& yarn, const CellView& view,
     factors = view.around->factors;
     slots.push_back({0, LightSlot::sky});
   }
+  if (filled) return slots;
   const std::size_t columns = slots.size() + 1;
   const std::size_t stations = data.light.size() / light_values_per_station;
   table.resize(stations * angle_functions * columns);

@@ -55,10 +55,11 @@ struct ShadingBatch {
   std::array<std::uint32_t, size> texel;
 };
 
-/// Fills the table, [station][angle function][slot], of the stations that `wanted` flags, or of all if it is
-/// empty, and names its slots; one more has the moments.
+/// Fills the table, [station][angle function][slot], unless it is `filled`, of the stations that `wanted`
+/// flags, or of all if it is empty, and names its slots; one more has the moments.
 std::vector<LightSlot> fill_table(const CellYarn& yarn, const CellView& view,
-                                  std::span<const std::uint8_t> wanted, std::vector<Group>& table);
+                                  std::span<const std::uint8_t> wanted, bool filled,
+                                  std::vector<Group>& table);
 /// The lamps before the cell, with their shadows. `pixel`: its width, mm.
 std::vector<FrontLamp> cast_shadows(const CellYarn& yarn, const CellView& view, float pixel,
                                     CellShadows& shadows);

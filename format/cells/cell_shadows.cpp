@@ -33,8 +33,12 @@ std::shared_ptr<const CellShadow> CellShadows::find(const Key& key) {
   return node.mapped();
 }
 
-void CellShadows::keep(const Key& key, std::shared_ptr<const CellShadow> shadow) {
-  if (latest_.bytes + bytes_of(*shadow) > max_bytes_ / 2) older_ = std::exchange(latest_, {});
+void CellShadows::keep(const Key& key, std::shared_ptr<CellShadow> shadow) {
+  if (latest_.bytes + bytes_of(*shadow) > max_bytes_ / 2) {
+    for (auto& [forgotten, grid] : older_.grids)
+      if (grid.use_count() == 1) std::swap(unused_, grid->grid);
+    older_ = std::exchange(latest_, {});
+  }
   latest_.bytes += bytes_of(*shadow);
   latest_.grids.emplace(key, std::move(shadow));
 }
@@ -50,11 +54,12 @@ std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, Shadow
   const V2f slope = slope_of(direction);
   const auto rounded = [&](float s) { return static_cast<std::int32_t>(std::lround(std::asinh(s) / step)); };
   const Key key{detail, rounded(slope.x), rounded(slope.y)};
+  std::shared_ptr<CellShadow> made;
   {
     const std::scoped_lock lock(mutex_);
     if (auto found = find(key)) return found;
+    made = std::make_shared<CellShadow>(CellShadow{std::exchange(unused_, {})});
   }
-  auto made = std::make_shared<CellShadow>();
   made->slope = {std::sinh(static_cast<float>(key.x) * step), std::sinh(static_cast<float>(key.y) * step)};
   const V2f period = yarn_.yarns().period();
   const auto texels = [&](float length, float along) {

@@ -46,11 +46,11 @@ class CellShadows {
     auto operator<=>(const Key&) const = default;
   };
   struct Grids {
-    std::map<Key, std::shared_ptr<const CellShadow>> grids;
+    std::map<Key, std::shared_ptr<CellShadow>> grids;
     std::size_t bytes = 0;
   };
   std::shared_ptr<const CellShadow> find(const Key& key);
-  void keep(const Key& key, std::shared_ptr<const CellShadow> shadow);
+  void keep(const Key& key, std::shared_ptr<CellShadow> shadow);
 
   const CellYarn& yarn_;
   float relief_;          ///< height of the yarn, mm
@@ -59,6 +59,7 @@ class CellShadows {
   std::size_t max_bytes_ = std::size_t{64} << 20;
   /// The latest that were asked for, half of the bytes; then these are the older ones, which are forgotten.
   Grids latest_, older_;
+  DepthGrid unused_;  ///< memory of a grid that was forgotten
 };
 
 }  // namespace selvedge

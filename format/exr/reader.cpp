@@ -135,12 +135,29 @@ Result<ExrPixels> ExrReader::read_level(int part_index, int level) {
   }
 }
 
+namespace {
+/// As compress2(), whose state takes as long to set up as a level's layer to pack.
+struct Deflater {
+  z_stream stream{};
+  Deflater() { deflateInit(&stream, 4); }
+  Deflater(const Deflater&) = delete;
+  Deflater& operator=(const Deflater&) = delete;
+  ~Deflater() { deflateEnd(&stream); }
+};
+}  // namespace
+
 std::vector<std::uint8_t> exr_deflated(std::span<const std::uint8_t> bytes) {
-  uLongf size = compressBound(bytes.size());
-  std::vector<std::uint8_t> packed(size);
+  thread_local Deflater deflater;
+  z_stream& stream = deflater.stream;
+  deflateReset(&stream);
+  std::vector<std::uint8_t> packed(deflateBound(&stream, bytes.size()));
+  stream.next_in = const_cast<Bytef*>(bytes.data());
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = packed.data();
+  stream.avail_out = static_cast<uInt>(packed.size());
   // Cannot fail: the buffer has the maximum size.
-  compress2(packed.data(), &size, bytes.data(), bytes.size(), 4);
-  packed.resize(size);
+  deflate(&stream, Z_FINISH);
+  packed.resize(stream.total_out);
   return packed;
 }
 

@@ -95,7 +95,9 @@ TEST_CASE("the gradient belongs to the cost") {
   ChannelOptions options;
   options.ridge = 1e-3;
   ChannelProblem problem(samples, 0, options);
-  ChannelState state = StartSearch(samples).starts(0, 2, 1).front();
+  StartSearch search;
+  search.set(samples);
+  ChannelState state = search.starts(0, 2, 1).front();
   for (LobeShape& shape : state.shapes) {
     shape.direction[(longest(shape) + 1) % 3] -= 0.1;
     shape.exponent *= 1.3;

@@ -24,7 +24,7 @@ inline std::vector<V3f> shade_points(const CellYarn& yarn, const YarnPieces& pie
                        .rise = std::min(1.0F, lamp.direction.z / min_rise)});
   }
   std::vector<Group> table;
-  const std::vector<LightSlot> slots = fill_table(yarn, view, {}, table);
+  const std::vector<LightSlot> slots = fill_table(yarn, view, {}, false, table);
   const ShadingJob job{yarn, pieces, view, lamps, slots, table, 0};
   std::vector<V3f> result;
   for (std::size_t first = 0; first < points.size(); first += ShadingBatch::size) {
