@@ -222,8 +222,11 @@ class Relaxation {
     if (approach_ <= touch_margin * widest_) return;
     search_if_moved();
     touching_.clear();
+    touching_.reserve(contacts_.size());
+    const double margin = touch_margin * widest_;
+    const double* const travels = travels_.data();
     for (Contact& c : contacts_)
-      if (travelled(c) + touch_margin * widest_ >= c.free) touching_.push_back(&c);
+      if (travels[c.a] + travels[c.b] + margin >= c.free) touching_.push_back(&c);
     approach_ = 0;
   }
 

@@ -338,12 +338,14 @@ void LayerFitter::add_estimate(std::size_t k, const SampleLevel& samples, Sample
   std::ranges::sort(texels);
   std::set<std::size_t> probes;
   if (rival != nullptr) probes = {texels[texels.size() / 4].second, texels[texels.size() / 2].second};
+  std::vector<std::vector<V3f>> images;
+  for (std::size_t p = 0; p < pairs.pairs.size() && rival != nullptr; ++p)
+    images.push_back(shown(k, rival->basis, pairs.pairs[p]));
   for (const std::size_t texel : probes) {
     LevelTruth seen{1, 1, {}};
     for (const auto& image : truth.pairs) seen.pairs.push_back({image[texel]});
-    of_products += mean_squared_error(seen, [&](std::size_t pair) {
-      return std::vector{shown(k, rival->basis, pairs.pairs[pair])[texel]};
-    });
+    of_products +=
+        mean_squared_error(seen, [&](std::size_t pair) { return std::vector{images[pair][texel]}; });
     for (const bool table : {false, true}) {
       options.view_table = table;
       FitResult quick = value_or_throw(fit(texel_of(samples, texel), header, options, {}, {}, quick_texel));
