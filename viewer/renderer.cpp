@@ -240,6 +240,7 @@ struct Renderer::State {
     make_textures(camera);
     watch.add_to(prepare);
     stats.prepare = prepare;
+    stats.decoded_pictures = textures->decoded();
     const std::span<const ShadowMap> maps = draw_shadows(options);
     const std::span<const SmoothLight> shaded = shade_around(options);
     stats.remarks = remarks;

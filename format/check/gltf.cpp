@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "format/base/atomic_file.h"
@@ -24,7 +25,7 @@ constexpr std::uint64_t max_picture_bytes = std::uint64_t{1} << 30;
 /// Readers go on without an unreadable picture; a garment is not complete without it.
 /// `memory`: what decoding may take; 0: they are not decoded.
 void check_pictures(const GltfDocument& document, std::uint64_t memory, IssueSink& issues) {
-  constexpr int smallest = 15;  // halvings
+  constexpr std::array smallest{15};  // halvings
   const ImageLimits picture_limits{.memory = memory};
   const Json& images = array_of(document.json, "images");
   for (int i = 0; i < static_cast<int>(images.size()); ++i) {
@@ -33,7 +34,7 @@ void check_pictures(const GltfDocument& document, std::uint64_t memory, IssueSin
     Result<void> good = bytes ? Result<void>() : tl::unexpected(bytes.error());
     const std::string_view type = bytes ? picture_type(*bytes) : "";
     if (memory > 0 && (type == "image/png" || type == "image/jpeg" || type == "image/webp"))
-      good = decode_image(*bytes, "", Transfer::keep, picture_limits, smallest).map([](const Image&) {});
+      good = decode_levels(*bytes, "", Transfer::keep, picture_limits, smallest).map([](const auto&) {});
     if (!good) issues.add(Code::image_unreadable, fmt::format("/images/{}", i), good.error().message);
   }
 }

@@ -3,7 +3,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <array>
 #include <cstring>
 #include <string_view>
 
@@ -63,8 +63,9 @@ Result<const OpenImageIo*> load_openimageio() {
   return *table;
 }
 
-Result<Image> decode(const char* format, std::span<const std::uint8_t> bytes, const std::string& name,
-                     Transfer transfer, const ImageLimits& limits, int halvings) {
+Result<std::vector<Image>> decode(const char* format, std::span<const std::uint8_t> bytes,
+                                  const std::string& name, Transfer transfer, const ImageLimits& limits,
+                                  std::span<const int> halvings) {
   // WebP's reader takes canvases of this size when it opens the file.
   constexpr std::uint64_t canvas_bytes = 12;  // of a pixel
   if (format == std::string_view("webp")) {
@@ -75,11 +76,15 @@ Result<Image> decode(const char* format, std::span<const std::uint8_t> bytes, co
   }
   if (format == std::string_view("openexr") && declares_more_than_it_has(bytes))
     return fail(Code::image_unreadable, name, "", "ends within its header");
-  if (format == std::string_view("hdr")) return read_radiance(bytes, name, limits);
+  if (format == std::string_view("hdr"))
+    return read_radiance(bytes, name, limits).map([](Image image) { return std::vector{std::move(image)}; });
   return load_openimageio().and_then([&](const OpenImageIo* library) {
     return library->read(format, bytes, name, transfer, limits, halvings);
   });
 }
+
+constexpr std::array whole{0};  ///< halvings of a picture in full size alone
+Image first_of(std::vector<Image> images) { return std::move(images.front()); }
 
 }  // namespace
 
@@ -109,16 +114,23 @@ Result<Image> read_image(const std::string& path, Transfer transfer, std::uint64
                     : std::string(kind));
   }
   return decode(format, {reinterpret_cast<const std::uint8_t*>(file->data()), file->size()}, path, transfer,
-                {.memory = memory}, 0);
+                {.memory = memory}, whole)
+      .map(first_of);
 }
 
-Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name, Transfer transfer,
-                           const ImageLimits& limits, int halvings) {
+Result<std::vector<Image>> decode_levels(std::span<const std::uint8_t> bytes, const std::string& name,
+                                         Transfer transfer, const ImageLimits& limits,
+                                         std::span<const int> halvings) {
   const char* format = format_of({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   const std::string_view kind = format == nullptr ? "" : format;
   if (kind != "png" && kind != "jpeg" && kind != "webp")
     return fail(Code::image_unreadable, name, "", "neither PNG, JPEG nor WebP");
   return decode(format, bytes, name, transfer, limits, halvings);
+}
+
+Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name, Transfer transfer,
+                           const ImageLimits& limits) {
+  return decode_levels(bytes, name, transfer, limits, whole).map(first_of);
 }
 
 Result<void> write_exr(const std::string& path, const Image& image) {

@@ -61,12 +61,17 @@ Result<Image> read_image(const std::string& path, Transfer transfer = Transfer::
 inline std::uint64_t memory_of(const Image& image) { return image.pixels.size() * sizeof(float); }
 
 /// As read_image(), from a whole PNG, JPEG or WebP file in memory, as garments bring them. `name` is the file
-/// in errors. The limits are of the picture in the file; the one that is returned is halved so many times, to
-/// level_size(): its pixels are the means of those that they cover (a pixel at an edge counts for one side),
-/// after the transfer. Only a strip of the larger picture is in memory, as far as its format allows.
+/// in errors.
 Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name,
-                           Transfer transfer = Transfer::srgb, const ImageLimits& limits = {},
-                           int halvings = 0);
+                           Transfer transfer = Transfer::srgb, const ImageLimits& limits = {});
+
+/// The picture of decode_image() in some sizes, each halved so many times, to level_size(): its pixels are
+/// the means of those that they cover (a pixel at an edge counts for one side), after the transfer. The
+/// limits are of the picture in the file, which is decoded once; only a strip of it is in memory, as far as
+/// its format allows.
+Result<std::vector<Image>> decode_levels(std::span<const std::uint8_t> bytes, const std::string& name,
+                                         Transfer transfer, const ImageLimits& limits,
+                                         std::span<const int> halvings);
 
 /// Refuses an image whose values are not as many as its size and channels tell; `name` is the file.
 Result<void> check_writable(const Image& image, const std::string& name);

@@ -9,9 +9,10 @@ namespace selvedge {
 
 /// The table that the module exports (module/openimageio.cpp).
 struct OpenImageIo {
-  /// Reads the bytes of a file by the reader of that name, as decode_image() says.
-  Result<Image> (*read)(const char* format, std::span<const std::uint8_t> bytes, const std::string& name,
-                        Transfer transfer, const ImageLimits& limits, int halvings);
+  /// Reads the bytes of a file by the reader of that name, as decode_levels() says.
+  Result<std::vector<Image>> (*read)(const char* format, std::span<const std::uint8_t> bytes,
+                                     const std::string& name, Transfer transfer, const ImageLimits& limits,
+                                     std::span<const int> halvings);
 };
 
 }  // namespace selvedge

@@ -147,6 +147,7 @@ struct RenderStats {
   std::int64_t cloth_pixels = 0;      ///< of these, with fabric that is not clear
   int layers = 0;                     ///< largest number in one pixel
   std::int64_t image_bytes = 0;       ///< the most that cell images took at once
+  std::int64_t decoded_pictures = 0;  ///< of all frames so far
   std::vector<std::string> remarks;   ///< options and materials that could not be honoured, one line each
 };
 

@@ -142,20 +142,21 @@ std::vector<int> halvings_shown(const MergedSurfaces& mesh, const Materials& mat
 }
 
 PictureTextures::~PictureTextures() {
-  gl_.DeleteTextures(static_cast<GLsizei>(textures_.size()), textures_.data());
+  for (const std::map<int, GLuint>& textures : made_)
+    for (const auto& [halvings, texture] : textures) gl_.DeleteTextures(1, &texture);
 }
 
-bool PictureTextures::fits(const std::vector<int>& halvings,
-                           const std::vector<MaterialPicture>& pictures) const {
+bool PictureTextures::fits(const Levels& levels, const std::vector<MaterialPicture>& pictures) const {
   std::uint64_t sum = 0;
   std::uint64_t largest = 0;
   std::uint64_t encoded = 0;
-  for (std::size_t i = 0; i < halvings.size(); ++i) {
-    if (halvings[i] == not_shown) continue;
-    const std::uint64_t pixels = pictures[i].pixels(halvings[i]);
-    sum += pixels;
-    largest = std::max(largest, pixels);
-    encoded = std::max(encoded, pictures[i].pixels(0));
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    for (const int halvings : levels[i]) {
+      const std::uint64_t pixels = pictures[i].pixels(halvings);
+      sum += pixels;
+      largest = std::max(largest, pixels);
+      encoded = std::max(encoded, pictures[i].pixels(0));
+    }
   }
   MemoryAccount account(memory_);
   return take_textures(account, sum, largest, encoded);
@@ -163,36 +164,54 @@ bool PictureTextures::fits(const std::vector<int>& halvings,
 
 void PictureTextures::make(const std::vector<int>& halvings, std::vector<MaterialPicture>& pictures,
                            const std::string& file, std::vector<std::string>& remarks) {
-  made_.resize(pictures.size(), not_shown);
-  textures_.resize(pictures.size(), 0);
-  std::vector<int> wanted = halvings;
-  for (std::size_t i = 0; i < wanted.size(); ++i)
-    if (wanted[i] == not_shown) wanted[i] = made_[i];
-  if (!fits(wanted, pictures)) wanted = halvings;
-  if (!fits(wanted, pictures))
+  // Decoding a picture of more pixels takes longer than making two textures of fewer.
+  constexpr std::uint64_t large = std::uint64_t{1} << 22;
+  constexpr std::uint64_t small = std::uint64_t{1} << 20;
+  made_.resize(pictures.size());
+  Levels needed(pictures.size());
+  Levels kept(pictures.size());
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    for (const auto& [level, texture] : made_[i]) kept[i].insert(level);
+    if (halvings[i] == not_shown) continue;
+    needed[i] = {halvings[i]};
+    kept[i].insert(halvings[i]);
+    for (int finer = std::max(halvings[i] - 2, 0); finer < halvings[i]; ++finer)
+      if (made_[i].empty() && pictures[i].pixels(0) > large && pictures[i].pixels(finer) <= small)
+        kept[i].insert(finer);
+  }
+  if (!fits(kept, pictures)) kept = needed;
+  if (!fits(kept, pictures))
     throw Failure{beyond_memory(file, "", "the pictures that the frame shows", memory_)};
-  const auto changes = [&](std::size_t i) { return wanted[i] != made_[i] && pictures[i].bytes != nullptr; };
   // All that go before the first that comes.
   for (std::size_t i = 0; i < pictures.size(); ++i) {
-    if (!changes(i)) continue;
-    gl_.DeleteTextures(1, &textures_[i]);
-    pictures[i].texture = textures_[i] = 0;
-    made_[i] = not_shown;
+    std::erase_if(made_[i], [&](const auto& made) {
+      const bool goes = !kept[i].contains(made.first);
+      if (goes) gl_.DeleteTextures(1, &made.second);
+      return goes;
+    });
+    pictures[i].texture = 0;
   }
   for (std::size_t i = 0; i < pictures.size(); ++i) {
-    if (!changes(i)) continue;
     MaterialPicture& picture = pictures[i];
-    const ImageLimits limits{std::max(picture.size.x, picture.size.y),
-                             static_cast<std::int64_t>(picture.pixels(0))};
-    const Result<Image> image =
-        decode_image(*picture.bytes, picture.name, picture.transfer, limits, wanted[i]);
-    made_[i] = wanted[i];
-    if (image) {
-      picture.texture = textures_[i] = make_colour_texture(gl_, *image);
-    } else {
-      remarks.push_back(to_line(image.error()) + "; drawn without it");
-      picture.bytes.reset();
+    if (needed[i].empty() || picture.bytes == nullptr) continue;
+    GLuint& shown = made_[i][halvings[i]];
+    if (shown == 0) {
+      std::vector<int> fresh;
+      for (const int level : kept[i])
+        if (level == halvings[i] || !made_[i].contains(level)) fresh.push_back(level);
+      const ImageLimits limits{std::max(picture.size.x, picture.size.y),
+                               static_cast<std::int64_t>(picture.pixels(0))};
+      const auto images = decode_levels(*picture.bytes, picture.name, picture.transfer, limits, fresh);
+      ++decoded_;
+      if (!images) {
+        remarks.push_back(to_line(images.error()) + "; drawn without it");
+        picture.bytes.reset();
+        continue;
+      }
+      for (std::size_t k = 0; k < fresh.size(); ++k)
+        made_[i][fresh[k]] = make_colour_texture(gl_, (*images)[k]);
     }
+    picture.texture = shown;
   }
 }
 

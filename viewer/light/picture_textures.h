@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -35,19 +37,23 @@ class PictureTextures {
   }
 
   /// Makes the textures of `pictures`, each halved so many times, and sets MaterialPicture::texture: always
-  /// the same texture for the same number, so that frames do not depend on earlier ones. Those that are not
-  /// shown are kept as they are while there is room. A picture that cannot be decoded has no texture, and
-  /// once a line in `remarks`. Throws FILE_TOO_LARGE of `file` if the frame's take more than the memory.
+  /// the same texture for the same number, so that frames do not depend on earlier ones. Textures of earlier
+  /// frames are kept while there is room, and two finer ones of a large picture are made with its first, for
+  /// frames with two and four times the rays. A picture that cannot be decoded has no texture, and once a
+  /// line in `remarks`. Throws FILE_TOO_LARGE of `file` if the frame's take more than the memory.
   void make(const std::vector<int>& halvings, std::vector<MaterialPicture>& pictures, const std::string& file,
             std::vector<std::string>& remarks);
+  /// Pictures that were decoded so far, each time counted.
+  std::int64_t decoded() const { return decoded_; }
 
  private:
-  bool fits(const std::vector<int>& halvings, const std::vector<MaterialPicture>& pictures) const;
+  using Levels = std::vector<std::set<int>>;  ///< halvings of each picture
+  bool fits(const Levels& levels, const std::vector<MaterialPicture>& pictures) const;
 
   const GlFunctions& gl_;
   std::uint64_t memory_;
-  std::vector<int> made_;         ///< halvings of the textures, or not_shown
-  std::vector<GLuint> textures_;  ///< 0: absent
+  std::vector<std::map<int, GLuint>> made_;  ///< textures of each picture by its halvings
+  std::int64_t decoded_ = 0;
 };
 
 }  // namespace selvedge

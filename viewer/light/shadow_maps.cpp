@@ -120,9 +120,9 @@ Occluders::Occluders(const MergedSurfaces& mesh, const Materials& materials)
     if (fresh) {
       const MaterialPicture& masks = materials.pictures[picture];
       // Without its picture, which frames report, a surface is whole.
-      if (Result<Image> decoded =
-              decode_image(*masks.bytes, masks.name, masks.transfer, {}, halvings_of(masks)))
-        image->second = std::make_shared<const Image>(std::move(*decoded));
+      const std::array halvings{halvings_of(masks)};
+      if (auto decoded = decode_levels(*masks.bytes, masks.name, masks.transfer, {}, halvings))
+        image->second = std::make_shared<const Image>(std::move(decoded->front()));
     }
     if (image->second)
       masks_[i] = {image->second, materials.pbr[i].metallic_roughness, materials.surfaces[i].opaque_from};

@@ -1,7 +1,6 @@
 // Draws shadow maps on the CPU.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>

@@ -1,6 +1,5 @@
 #include "viewer/light/sky.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>

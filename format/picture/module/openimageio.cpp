@@ -88,25 +88,41 @@ std::vector<Layer> layers_of(OIIO::ImageInput& input) {
   return layers;
 }
 
-/// Linear colours of stored values. Those of 8 bits are few, and a power takes long.
+/// Linear colours of stored values. Those of 8 and 16 bits are few, and a power takes long.
 class Decoder {
  public:
-  explicit Decoder(const OIIO::ImageSpec& spec) : few_(spec.format == OIIO::TypeDesc::UINT8) {}
+  explicit Decoder(const OIIO::ImageSpec& spec) {
+    if (spec.format == OIIO::TypeDesc::UINT8) known_.resize(1U << 8U, -1.0F);
+    if (spec.format == OIIO::TypeDesc::UINT16) known_.resize(1U << 16U, -1.0F);
+    largest_ = static_cast<float>(known_.size()) - 1;
+  }
   float linear(float stored) {
-    if (!few_) return srgb_to_linear(stored);
-    float& known = known_[static_cast<std::size_t>(std::lround(stored * 255.0F))];
+    if (known_.empty()) return srgb_to_linear(stored);
+    float& known = known_[static_cast<std::size_t>(stored * largest_ + 0.5F)];
     if (known < 0) known = srgb_to_linear(stored);
     return known;
   }
 
  private:
-  bool few_;
-  std::vector<float> known_ = std::vector<float>(256, -1.0F);
+  float largest_ = 0;
+  std::vector<float> known_;
 };
 
 /// The number of `from` pixels along a side that fall on pixel `at` of `to`.
 std::int64_t count_on(std::int64_t at, std::int64_t from, std::int64_t to) {
   return ((at + 1) * from + to - 1) / to - (at * from + to - 1) / to;
+}
+
+/// Adds row `y` of a file to the row of a smaller picture on which it falls.
+void add_row(const std::vector<float>& line, std::int64_t y, const OIIO::ImageSpec& spec, Image& image) {
+  const std::int64_t first = y * image.height / spec.height * image.width * 4;
+  image.pixels.resize(first + std::int64_t{4} * image.width);
+  const float* from = line.data();
+  for (std::int64_t x = 0; x < image.width; ++x) {
+    float* pixel = &image.pixels[first + 4 * x];
+    for (std::int64_t left = count_on(x, spec.width, image.width); left > 0; --left, from += 4)
+      for (int c = 0; c < 4; ++c) pixel[c] += from[c];
+  }
 }
 
 void divide_by_counts(Image& image, const OIIO::ImageSpec& spec) {
@@ -126,9 +142,10 @@ std::string reason_of(const OIIO::ImageInput& input) {
   return text.empty() ? "cannot be decoded" : text.substr(0, text.find('\n'));
 }
 
-/// Reads strips of rows, and sums the pixels of each of the picture that is returned.
-Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const std::string& name,
-                          Transfer transfer, const ImageLimits& limits, int halvings, const Channels& order) {
+/// Reads strips of rows, and sums the pixels of each of the pictures that are returned.
+Result<std::vector<Image>> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes,
+                                       const std::string& name, Transfer transfer, const ImageLimits& limits,
+                                       std::span<const int> halvings, const Channels& order) {
   const OIIO::ImageSpec& spec = input.spec();
   if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep) {
     return fail(Code::image_unreadable, name, "", "not a flat two-dimensional picture");
@@ -138,8 +155,14 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
       fmt::format("{} x {} pixels of {} channels", spec.width, spec.height, spec.nchannels);
   if (spec.width > limits.side || spec.height > limits.side || pixels * spec.nchannels > limits.pixels * 4)
     return fail(Code::file_too_large, name, "", size);
-  const std::int64_t width = level_size(spec.width, halvings);
-  const std::int64_t height = level_size(spec.height, halvings);
+  // Rows take memory as they come: a header may declare what the file does not have.
+  std::vector<Image> images;
+  std::uint64_t values = 0;
+  for (const int times : halvings) {
+    const Image& image =
+        images.emplace_back(Image{level_size(spec.width, times), level_size(spec.height, times), 4, {}});
+    values += std::uint64_t{4} * image.width * image.height;
+  }
   // Tiles come in rows of their own height, and may be larger than the picture.
   constexpr int rows_at_once = 64;
   const int part = input.current_subimage();
@@ -153,18 +176,15 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
   MemoryAccount account(limits.memory);
   if (!account.take(file_bytes, 2) || !account.take(most, spec.pixel_bytes(true)) ||
       !account.take(tiled ? most : std::int64_t{strip} * spec.width, channels * sizeof(float)) ||
-      !account.take(width * height, 4 * sizeof(float)))
+      !account.take(values, sizeof(float)))
     return tl::unexpected<Error>(beyond_memory(name, "", size, limits.memory));
-  // Rows take memory as they come: a header may declare what the file does not have.
-  Image image{static_cast<int>(width), static_cast<int>(height), 4, {}};
-  image.pixels.reserve(width * height * 4);
+  for (Image& image : images) image.pixels.reserve(std::size_t{4} * image.width * image.height);
   const bool decode = transfer == Transfer::srgb && !spec.format.is_floating_point();
   // WebP's reader multiplies colours by alpha, whatever it is asked for.
   const bool multiplied = input.format_name() == std::string_view("webp");
   Decoder decoder(spec);
-  std::vector<std::int64_t> columns(spec.width);  // where the pixels of a row go
-  for (std::int64_t x = 0; x < spec.width; ++x) columns[x] = x * width / spec.width * 4;
   std::vector<float> stored(strip * spec.width * channels);
+  std::vector<float> line(std::size_t{4} * spec.width);  // a row as it is in memory
   for (int first = 0; first < spec.height; first += strip) {
     const int end = std::min(first + strip, spec.height);
     const OIIO::TypeDesc floats = OIIO::TypeDesc::FLOAT;
@@ -172,39 +192,38 @@ Result<Image> read_pixels(OIIO::ImageInput& input, std::size_t file_bytes, const
                             : input.read_scanlines(part, 0, spec.y + first, spec.y + end, 0, 0,
                                                    spec.nchannels, floats, stored.data());
     if (!read) return fail(Code::image_unreadable, name, "", reason_of(input));
-    image.pixels.resize(((end - std::int64_t{1}) * height / spec.height + 1) * width * 4);
     for (std::int64_t y = first; y < end; ++y) {
-      float* row = &image.pixels[y * height / spec.height * width * 4];
       const float* from = &stored[(y - first) * spec.width * channels];
-      for (const std::int64_t column : columns) {
-        float* pixel = row + column;
+      for (std::int64_t x = 0; x < spec.width; ++x) {
         const float alpha = order[3] < 0 ? 1.0F : from[order[3]];
         for (int c = 0; c < 4; ++c) {
           float value = order[c] < 0 ? 1.0F : from[order[c]];
           if (multiplied && c < 3 && alpha > 0) value = std::min(value / alpha, 1.0F);
-          pixel[c] += decode && c < 3 ? decoder.linear(value) : value;
+          line[4 * x + c] = decode && c < 3 ? decoder.linear(value) : value;
         }
         from += channels;
       }
+      for (Image& image : images) add_row(line, y, spec, image);
     }
   }
-  if (halvings > 0) divide_by_counts(image, spec);
   const auto* chromaticities =
       spec.find_attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8));
-  if (chromaticities != nullptr && order[0] != order[1]) {
-    Chromaticities given;
-    std::copy_n(static_cast<const float*>(chromaticities->data()), given.size(), given.begin());
-    convert_to_rec709(given, image.pixels);
-  }
   const auto is_small = [&](int value) { return value >= -limits.side && value <= limits.side; };
-  if (input.format_name() == std::string_view("openexr") &&
+  const bool has_display =
+      input.format_name() == std::string_view("openexr") &&
       std::ranges::all_of(
-          std::array{spec.x, spec.y, spec.full_x, spec.full_y, spec.full_width, spec.full_height},
-          is_small)) {
+          std::array{spec.x, spec.y, spec.full_x, spec.full_y, spec.full_width, spec.full_height}, is_small);
+  for (Image& image : images) {
+    if (image.width < spec.width || image.height < spec.height) divide_by_counts(image, spec);
+    if (chromaticities != nullptr && order[0] != order[1]) {
+      Chromaticities given;
+      std::copy_n(static_cast<const float*>(chromaticities->data()), given.size(), given.begin());
+      convert_to_rec709(given, image.pixels);
+    }
     const V2i corner(spec.full_x - spec.x, spec.full_y - spec.y);
-    image.display = {corner, corner + V2i(spec.full_width - 1, spec.full_height - 1)};
+    if (has_display) image.display = {corner, corner + V2i(spec.full_width - 1, spec.full_height - 1)};
   }
-  return image;
+  return images;
 }
 
 bool is_black(const Image& image) {
@@ -263,8 +282,9 @@ bool holds_more_than_pixels(std::span<const std::uint8_t> png) {
   return false;
 }
 
-Result<Image> read(const char* format, std::span<const std::uint8_t> bytes, const std::string& name,
-                   Transfer transfer, const ImageLimits& limits, int halvings) {
+Result<std::vector<Image>> read(const char* format, std::span<const std::uint8_t> bytes,
+                                const std::string& name, Transfer transfer, const ImageLimits& limits,
+                                std::span<const int> halvings) {
   const auto refuse = [&](std::string why) { return fail(Code::image_unreadable, name, "", std::move(why)); };
   try {
     OIIO::ImageSpec config;
@@ -283,16 +303,17 @@ Result<Image> read(const char* format, std::span<const std::uint8_t> bytes, cons
     OIIO::ImageSpec spec;
     if (!input->open(name, spec, config)) return refuse(reason_of(*input));
     constexpr std::size_t max_tried = 4;
-    Result<Image> image = Image();
+    Result<std::vector<Image>> images;
     const std::vector<Layer> layers = layers_of(*input);
     for (const Layer& layer : std::span(layers).first(std::min(max_tried, layers.size()))) {
       if (layer.part != input->current_subimage()) input->seek_subimage(layer.part, 0);
-      image = read_pixels(*input, bytes.size(), name, transfer, limits, halvings, layer.channels);
+      images = read_pixels(*input, bytes.size(), name, transfer, limits, halvings, layer.channels);
       const bool is_guessed = std::get<0>(layer.rank);
-      if (image && is_guessed) image->remarks = {fmt::format("its layer \"{}\" is read", layer.name)};
-      if (!image || !is_guessed || !is_black(*image)) break;
+      if (images && is_guessed)
+        images->front().remarks = {fmt::format("its layer \"{}\" is read", layer.name)};
+      if (!images || !is_guessed || !is_black(images->front())) break;
     }
-    return image;
+    return images;
   } catch (const std::exception& error) {
     return refuse(error.what());
   }

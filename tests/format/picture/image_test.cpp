@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -114,7 +115,10 @@ TEST_CASE("image: halved pictures have the means of the linear pixels under thei
   const auto bytes = test::need(encode_png(image, Transfer::srgb));
   const auto whole = test::need(decode_image(bytes, "ramp"));
   for (const int halvings : {0, 1, 2, 3, 9}) {
-    const auto halved = test::need(decode_image(bytes, "ramp", Transfer::srgb, {}, halvings));
+    const std::vector<Image> levels =
+        test::need(decode_levels(bytes, "ramp", Transfer::srgb, {}, std::array{0, halvings}));
+    CHECK(levels.front().pixels == whole.pixels);
+    const Image& halved = levels.back();
     REQUIRE(halved.width == level_size(13, halvings));
     REQUIRE(halved.height == level_size(70, halvings));
     std::vector<double> sums(halved.pixels.size());

@@ -98,6 +98,23 @@ TEST_CASE(
   CHECK(difference.psnr > 40);
 }
 
+TEST_CASE("a large picture is decoded once for all supersamplings of a still") {
+  constexpr int side = 2100;
+  const Image grey{side, side, 1, std::vector<float>(std::size_t{1} * side * side, 0.5F)};
+  const Scene scene = picture_scene({"grey", "image/png", test::need(encode_png(grey))});
+  RenderOptions options;
+  options.width = options.height = 32;
+  const auto renderer = test::need(Renderer::create(scene, {}, options));
+  for (const int supersample : {2, 4, 2, 8, 3, 4}) {
+    options.supersample = supersample;
+    test::need(renderer->resize(options));
+    Frame frame;
+    RenderStats stats;
+    test::need(renderer->draw(camera_of(scene), options, frame, stats));
+    CHECK(stats.decoded_pictures == 1);
+  }
+}
+
 TEST_CASE("textures that do not fit into the memory are refused, and fit into a smaller frame") {
   Scene scene = picture_scene(waves(512));
   scene.file = "a.gltf";
