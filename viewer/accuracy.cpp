@@ -1,12 +1,10 @@
 #include "viewer/accuracy.h"
 
-#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <optional>
 #include <utility>
 
 #include "format/base/guard.h"

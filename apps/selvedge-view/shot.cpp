@@ -6,7 +6,6 @@
 #include "format/base/option_text.h"
 #include "format/scene/framing.h"
 #include "viewer/orbit.h"
-#include "viewer/scene/surfaces.h"
 
 namespace selvedge {
 namespace {

@@ -1,7 +1,6 @@
 // The loop of `show`: from the events to a request, from the newest picture to the window.
 #pragma once
 
-#include "apps/common/shared_options.h"
 #include "apps/selvedge-view/panel.h"
 #include "apps/selvedge-view/screen_texture.h"
 #include "viewer/show/background.h"

@@ -16,7 +16,6 @@
 #include "converter/dress/uv_scale.h"
 #include "format/base/guard.h"
 #include "format/base/vec.h"
-#include "format/gltf/edit.h"
 
 namespace selvedge {
 namespace {

@@ -1,6 +1,5 @@
 // Included before each source of a WebAssembly module (-include), in place of two headers.
 #pragma once
-#include <mutex>
 #include <string>
 #include <string_view>
 

@@ -6,9 +6,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cstdlib>
-#include <filesystem>
-#include <numbers>
 
 #include "converter/bake/bake.h"
 #include "converter/bake/setup.h"

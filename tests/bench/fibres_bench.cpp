@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <numbers>
 #include <string>
 
@@ -23,7 +22,6 @@
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/base/parallel.h"
-#include "format/picture/display.h"
 #include "tests/bench/fibres.h"
 
 using namespace selvedge;

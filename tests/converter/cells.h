@@ -2,10 +2,8 @@
 #pragma once
 
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <numbers>
-#include <set>
 #include <utility>
 #include <vector>
 

@@ -2,9 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <filesystem>
 #include <functional>
-#include <limits>
 
 #include "fitter/fit.h"
 #include "format/base/random.h"
@@ -155,18 +153,6 @@ TEST_CASE("a fit scales with the radiance") {
       CHECK(distance(seen(scaled(factor), factor), truth) < 0.01);
     }
   }
-}
-
-TEST_CASE("lobes beyond half precision are refused with their texel") {
-  Fabric fabric = fitted(case_of(glossy)).fabric;
-  FabricWriteOptions options;
-  options.half.insert(LayerKind::lobes);
-  fabric.levels[0].lobes()[0] = 70000;
-  const test::Folder folder;
-  const Error error = test::error_of(write_fabric(folder / "x.exr", fabric, options));
-  CHECK(error.code == Code::fabric_not_finite);
-  CHECK(error.place == "lobes/lobes.diffuse.red/pixel 0,0");
-  CHECK_FALSE(std::filesystem::exists(folder / "x.exr"));
 }
 
 TEST_CASE("texels that are always holes are black with T = 1 and alpha 0") {

@@ -3,7 +3,6 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
-#include <functional>
 
 #include "format/base/random.h"
 #include "format/fabric/evaluate.h"

@@ -1,8 +1,6 @@
 // Fabrics for the tests, made of seeded random numbers.
 #pragma once
 
-#include <cmath>
-
 #include "format/base/random.h"
 #include "format/fabric/fabric.h"
 

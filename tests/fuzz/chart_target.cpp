@@ -1,6 +1,5 @@
 // Bytes -> read_chart; what it accepts can be drawn.
 #include <algorithm>
-#include <string_view>
 
 #include "converter/stitch/chart.h"
 #include "tests/fuzz/target.h"

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "format/base/mip.h"
 #include "format/fabric/file.h"
 #include "format/fabric/names.h"
 #include "tests/format/files.h"

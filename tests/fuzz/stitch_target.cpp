@@ -1,5 +1,4 @@
 // Bytes -> read_stitch; what it accepts is the same after it was written and read again.
-#include <string_view>
 
 #include "converter/stitch/pattern_json.h"
 #include "tests/fuzz/target.h"

@@ -1,7 +1,6 @@
 // Queries of the conformance kit's protocol (spec/conformance/README.md).
 #pragma once
 
-#include <array>
 #include <nlohmann/json.hpp>
 #include <optional>
 

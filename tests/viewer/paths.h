@@ -8,7 +8,6 @@
 #include "tests/viewer/rays.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/renderer.h"
-#include "viewer/scene/surfaces.h"
 
 namespace selvedge::test {
 

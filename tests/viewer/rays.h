@@ -3,7 +3,6 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
 #include "format/fabric/fabric.h"
 #include "format/picture/frame.h"

@@ -7,7 +7,6 @@
 #include "tests/require.h"
 #include "tests/viewer/shapes.h"
 #include "viewer/renderer.h"
-#include "viewer/scene/surfaces.h"
 
 namespace selvedge::test {
 

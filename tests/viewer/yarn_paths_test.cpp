@@ -25,6 +25,23 @@ Fabric fabric_of(float period, int curves, bool strands = false) {
   return fabric;
 }
 
+/// dB of a picture of a swatch against rays, from `away` repeats beside.
+double decibels_of(const Fabric& fabric, SwatchView view, double away, int level) {
+  SwatchShot shot = swatch_shot(view, V2d(fabric.period_mm), 96, 72);
+  shot.camera.position += V3d(away, 0, 0) * static_cast<double>(fabric.period_mm.x) * 1e-3;
+  const Scene scene = swatch_scene(V2d(fabric.period_mm), shot);
+  RenderOptions options;
+  options.context = ContextKind::osmesa;
+  options.width = shot.width;
+  options.height = shot.height;
+  options.layers = 1;
+  options.lights = shot.lights;
+  const Frame frame = test::need(render(scene, {fabric}, shot.camera, options));
+  const Frame rays =
+      test::march(scene, {&fabric, 1}, shot.camera, {shot.width, shot.height}, shot.lights, 0, 1, level);
+  return test::decibels(frame, rays, 1);
+}
+
 }  // namespace
 
 TEST_CASE("cell images show the yarn that rays meet, from every place, of any size") {
@@ -44,18 +61,7 @@ TEST_CASE("cell images show the yarn that rays meet, from every place, of any si
                               Case{"0.01 mm", fabric_of(0.01F, 4), SwatchView::near, 28},
                               Case{"10 m", fabric_of(10000, 4), SwatchView::near, 28},
                               Case{"10 m", fabric_of(10000, 4), SwatchView::grazing, 25}}) {
-    const SwatchShot shot = swatch_shot(example.view, V2d(example.fabric.period_mm), 96, 72);
-    const Scene scene = swatch_scene(V2d(example.fabric.period_mm), shot);
-    RenderOptions options;
-    options.context = ContextKind::osmesa;
-    options.width = shot.width;
-    options.height = shot.height;
-    options.layers = 1;
-    options.lights = shot.lights;
-    const Frame frame = test::need(render(scene, {example.fabric}, shot.camera, options));
-    const Frame rays =
-        test::march(scene, {&example.fabric, 1}, shot.camera, {shot.width, shot.height}, shot.lights);
-    const double db = test::decibels(frame, rays, 1);
+    const double db = decibels_of(example.fabric, example.view, 0, -1);
     MESSAGE(example.name, " ", name_of(example.view), ": ", db);
     CHECK(db > example.db);
   }
@@ -67,18 +73,7 @@ TEST_CASE("cell images vary beyond the repeat where the reference does, near and
   for (YarnCurve& curve : data.curves) curve.strands.change = 0.4F;
   fabric.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(data), fabric.period_mm));
   for (const double away : {0.0, -3e4}) {
-    SwatchShot shot = swatch_shot(SwatchView::far, V2d(fabric.period_mm), 96, 72);
-    shot.camera.position += V3d(away, 0, 0) * 3e-3;
-    RenderOptions options;
-    options.context = ContextKind::osmesa;
-    options.width = shot.width;
-    options.height = shot.height;
-    options.layers = 1;
-    options.lights = shot.lights;
-    const Scene scene = swatch_scene(V2d(fabric.period_mm), shot);
-    const Frame frame = test::need(render(scene, {fabric}, shot.camera, options));
-    const Frame rays = test::march(scene, {&fabric, 1}, shot.camera, {96, 72}, shot.lights, 0, 1, -2);
-    const double db = test::decibels(frame, rays, 1);
+    const double db = decibels_of(fabric, SwatchView::far, away, -2);
     MESSAGE(away, " repeats away: ", db);
     CHECK(db > 30);
   }

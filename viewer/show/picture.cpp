@@ -7,7 +7,6 @@
 #include "viewer/accuracy.h"
 #include "viewer/orbit.h"
 #include "viewer/scene/change_fabrics.h"
-#include "viewer/scene/surfaces.h"
 
 namespace selvedge {
 

@@ -1,11 +1,9 @@
 #include "converter/bake/bake.h"
 
 #include <doctest/doctest.h>
-#include <fmt/format.h>
 
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "converter/bake/texels.h"

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "converter/stitch/find_cell.h"
-#include "format/base/parallel.h"
 #include "tests/converter/bake_cells.h"
 #include "tests/converter/load_cell.h"
 #include "tests/format/files.h"

@@ -1,4 +1,3 @@
-#include "converter/dress/backing.h"
 
 #include <doctest/doctest.h>
 

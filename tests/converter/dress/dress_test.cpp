@@ -4,16 +4,12 @@
 
 #include <cmath>
 #include <filesystem>
-#include <limits>
-#include <numbers>
 
-#include "converter/dress/fallback.h"
 #include "format/check/gltf.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
 #include "format/gltf/access.h"
 #include "format/gltf/document.h"
-#include "format/gltf/edit.h"
 #include "format/gltf/read_scene.h"
 #include "format/picture/image.h"
 #include "tests/converter/fabrics.h"

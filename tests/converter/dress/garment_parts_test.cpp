@@ -1,7 +1,6 @@
 #include "converter/dress/garment_parts.h"
 
 #include <doctest/doctest.h>
-#include <fmt/format.h>
 
 #include <filesystem>
 #include <sstream>

@@ -3,7 +3,6 @@
 #include <doctest/doctest.h>
 
 #include <array>
-#include <cmath>
 #include <filesystem>
 
 #include "converter/dress/dress.h"

@@ -1,9 +1,6 @@
 // Pictures in WebP, which textures name by EXT_texture_webp.
 #include <doctest/doctest.h>
 
-#include <filesystem>
-
-#include "format/gltf/edit.h"
 #include "format/gltf/read_scene.h"
 #include "format/picture/image.h"
 #include "format/picture/picture_type.h"

@@ -3,7 +3,6 @@
 #include <doctest/doctest.h>
 
 #include <limits>
-#include <stdexcept>
 #include <vector>
 
 #include "tests/require.h"

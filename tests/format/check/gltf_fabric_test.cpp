@@ -2,8 +2,6 @@
 // have the rest.
 #include <doctest/doctest.h>
 
-#include <algorithm>
-
 #include "format/base/atomic_file.h"
 #include "format/check/gltf.h"
 #include "format/fabric/file.h"

@@ -4,7 +4,6 @@
 #include <numbers>
 #include <optional>
 
-#include "format/fabric/file.h"
 #include "format/fabric/header.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"

@@ -1,8 +1,6 @@
 // The version of fabric files, and the members that later versions may fill.
 #include <doctest/doctest.h>
 
-#include <fmt/format.h>
-
 #include <nlohmann/json.hpp>
 
 #include "format/fabric/header.h"

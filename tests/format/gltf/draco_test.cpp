@@ -5,7 +5,6 @@
 #include <draco/compression/encode.h>
 
 #include <filesystem>
-#include <memory>
 #include <string>
 
 #include "format/base/atomic_file.h"

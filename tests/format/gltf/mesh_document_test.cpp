@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <bit>
-#include <filesystem>
 
 #include "format/gltf/access.h"
 #include "format/gltf/read_scene.h"

@@ -2,8 +2,6 @@
 
 #include <doctest/doctest.h>
 
-#include <cmath>
-
 #include "tests/format/files.h"
 #include "tests/require.h"
 

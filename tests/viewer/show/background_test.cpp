@@ -6,7 +6,6 @@
 #include <chrono>
 
 #include "format/fabric/file.h"
-#include "format/picture/studio.h"
 #include "tests/format/files.h"
 #include "tests/format/gltf_fixtures.h"
 #include "tests/require.h"

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"

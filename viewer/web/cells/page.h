@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "format/fabric/level_values.h"
 #include "viewer/web/cells/atlas.h"
 
 #define EXPORT(name) extern "C" __attribute__((export_name(#name)))
