@@ -119,8 +119,12 @@ std::vector<WordMatch> words_in(const std::string& name) {
     }
     if (is_letter(letter)) word += static_cast<char>(std::tolower(letter));
   }
+  // UTF-8 of the first of the scripts without spaces; few names have a letter of them.
+  const auto is_symbol = [](char c) { return static_cast<unsigned char>(c) >= 0xE3; };
+  const bool has_symbols = std::ranges::any_of(name, is_symbol);
   for (const auto& [symbol, kind] : known) {
-    if (static_cast<unsigned char>(symbol.front()) < 0xE3) continue;  // UTF-8 of the first of these scripts
+    if (!has_symbols) break;
+    if (!is_symbol(symbol.front())) continue;
     const std::size_t found = name.rfind(symbol);
     if (found != std::string::npos && symbol != name) matches.push_back({found, kind, std::string(symbol)});
   }

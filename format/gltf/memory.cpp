@@ -56,8 +56,11 @@ Result<MemoryAccount> check_drawable(const Scene& scene, std::uint64_t limit) {
   // A picture of one colour has a thousandth of its pixels in bytes, and takes as long as any other.
   std::uint64_t pixels = 0;
   for (const auto& [image, colour] : drawn_pictures(scene)) {
-    const std::uint64_t bytes = scene.images[image].bytes.size();
-    const std::uint64_t size = std::min(picture_pixels(scene.images[image].bytes), std::uint64_t{1} << 40);
+    const std::vector<std::uint8_t>& file = scene.images[image].bytes;
+    const std::uint64_t bytes = file.size();
+    // PNG's depth: 16 bits take twice as long.
+    const std::uint64_t times = bytes > 24 && file[0] == 0x89 && file[24] == 16 ? 2 : 1;
+    const std::uint64_t size = std::min(times * picture_pixels(file), std::uint64_t{1} << 40);
     pixels += size - std::min(size, bytes * backed_pixels);
   }
   if (pixels > max_unbacked_pixels) {

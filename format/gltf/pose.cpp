@@ -119,11 +119,19 @@ NodeTransforms::NodeTransforms(const GltfDocument& document) {
   }
 }
 
-M44d NodeTransforms::world(GltfReader& reader, int node) const {
+void NodeTransforms::take_steps(GltfReader& reader, std::size_t steps, const std::string& place) {
+  steps_ += std::min(steps, max_steps + 1);
+  if (steps_ > max_steps)
+    reader.fail(Code::file_too_large, place,
+                fmt::format("joints, their ancestors and matrices are more than {}", max_steps));
+}
+
+M44d NodeTransforms::world(GltfReader& reader, int node) {
   M44d world;
   int steps = 0;
   for (int at = node; at >= 0; at = parents_[at]) {
     const std::string place = fmt::format("/nodes/{}", at);
+    take_steps(reader, 1, place);
     const std::optional<M44d> local = local_transform(reader.entry("nodes", at, place));
     if (!local) reader.fail(Code::gltf_malformed, place, malformed_transform);
     if (++steps > static_cast<int>(parents_.size()))
@@ -133,7 +141,7 @@ M44d NodeTransforms::world(GltfReader& reader, int node) const {
   return world;
 }
 
-Pose pose_of(GltfReader& reader, const Json& node, const Json& mesh, const NodeTransforms& transforms,
+Pose pose_of(GltfReader& reader, const Json& node, const Json& mesh, NodeTransforms& transforms,
              const std::string& place_of_node) {
   Pose pose;
   const Json& owner = member(node, "weights").is_array() ? node : mesh;
@@ -147,6 +155,7 @@ Pose pose_of(GltfReader& reader, const Json& node, const Json& mesh, const NodeT
   if (const Json& accessor = member(skin, "inverseBindMatrices"); !accessor.is_null()) {
     const std::string where = place + "/inverseBindMatrices";
     const AccessorShape shape = reader.accessor_shape(index_of(accessor), where);
+    transforms.take_steps(reader, shape.count, where);
     inverse = reader.numbers(index_of(accessor), where);
     if (shape.components != 16 || shape.count < joints.size())
       reader.fail(Code::gltf_malformed, where, "there is not one matrix per joint");

@@ -19,17 +19,23 @@ struct Pose {
 class NodeTransforms {
  public:
   explicit NodeTransforms(const GltfDocument& document);
-  /// Node -> world. GLTF_MALFORMED for nodes that are their own ancestors and for malformed transforms.
-  M44d world(GltfReader& reader, int node) const;
+  /// Steps of all calls together. A chain of nodes that are joints has the square of its length.
+  static constexpr std::size_t max_steps = std::size_t{1} << 21;
+  /// Node -> world. GLTF_MALFORMED for nodes that are their own ancestors and for malformed transforms,
+  /// FILE_TOO_LARGE beyond max_steps.
+  M44d world(GltfReader& reader, int node);
+  /// Counts steps of other work with joints.
+  void take_steps(GltfReader& reader, std::size_t steps, const std::string& place);
   bool has_parent(int node) const { return parents_[node] >= 0; }
 
  private:
   std::vector<int> parents_;  ///< -1: a root
+  std::size_t steps_ = 0;
 };
 
 /// The pose of the mesh on a node: the node's weights or the mesh's own, and the node's skin. `place` is the
 /// node's JSON pointer.
-Pose pose_of(GltfReader& reader, const Json& node, const Json& mesh, const NodeTransforms& transforms,
+Pose pose_of(GltfReader& reader, const Json& node, const Json& mesh, NodeTransforms& transforms,
              const std::string& place);
 
 /// Morphs, then skins, positions, normals and tangents (texture coordinates and colours are morphed only) of

@@ -143,6 +143,8 @@ std::vector<M44d> places_of_node(GltfReader& reader, const Json& node, const std
 
 /// Reading stops after this number of broken primitives.
 constexpr int max_failures = 100;
+/// Vertices that morph targets and sets of joints move, each time counted, of all primitives together.
+constexpr std::uint64_t max_moved_vertices = std::uint64_t{1} << 26;
 
 class SceneReader {
  public:
@@ -232,6 +234,12 @@ class SceneReader {
     if (!has_room(json))
       throw Failure{beyond_memory(document_.file, place, "its vertices", limits_.document.memory)};
     GltfReader reader(document_);
+    const Json& attributes = member(json, "attributes");
+    std::size_t moves = std::ranges::count_if(pose.weights, [](double weight) { return weight != 0; });
+    for (const auto& [name, accessor] : attributes.items()) moves += name.starts_with("JOINTS_") ? 1 : 0;
+    if (!moved_vertices_.take(moves, declared_count(member(attributes, "POSITION"))))
+      reader.fail(Code::file_too_large, place,
+                  fmt::format("morph targets and joints move more than {} vertices", max_moved_vertices));
     auto read = selvedge::read_primitive(reader, json, place, limits_.vertices - vertices_, pose);
     if (!read) {
       remark(scene_, fmt::format("{}: left out, for it has no triangles or no POSITION", place));
@@ -263,24 +271,26 @@ class SceneReader {
     return read;
   }
 
+  /// Elements of an accessor, as it declares itself. Faults are found where it is read, such as more elements
+  /// than the view has.
+  std::size_t declared_count(const Json& accessor) const {
+    const auto count = result_of([&] {
+      GltfReader reader(document_);
+      const int index = index_of(accessor);
+      const AccessorShape shape = reader.accessor_shape(index, "");
+      const int view = index_of(member(entry_of(document_, "accessors", index), "bufferView"));
+      if (view < 0) return shape.count;
+      return std::min(shape.count, reader.bytes(view, "").size() / shape.element_size() + 1);
+    });
+    return count.value_or(0);
+  }
+
   /// Whether the primitive, as it declares itself, fits into the memory; it is then taken.
   bool has_room(const Json& primitive) {
-    // Faults are found where it is read, such as more elements than the view has.
-    const auto count_of = [&](const Json& accessor) {
-      const auto count = result_of([&] {
-        GltfReader reader(document_);
-        const int index = index_of(accessor);
-        const AccessorShape shape = reader.accessor_shape(index, "");
-        const int view = index_of(member(entry_of(document_, "accessors", index), "bufferView"));
-        if (view < 0) return shape.count;
-        return std::min(shape.count, reader.bytes(view, "").size() / shape.element_size() + 1);
-      });
-      return count.value_or(0);
-    };
     const Json& attributes = member(primitive, "attributes");
-    const std::size_t vertices = count_of(member(attributes, "POSITION"));
+    const std::size_t vertices = declared_count(member(attributes, "POSITION"));
     const Json& list = member(primitive, "indices");
-    const std::size_t listed = list.is_null() ? vertices : count_of(list);
+    const std::size_t listed = list.is_null() ? vertices : declared_count(list);
     const bool triangles = index_of(member(primitive, "mode")) == 4 || member(primitive, "mode").is_null();
     const std::uint64_t indices = std::uint64_t{listed} * (triangles ? 1 : 3);
     // Flat normals make a vertex of every corner.
@@ -460,6 +470,7 @@ class SceneReader {
   const GltfDocument& document_;
   SceneLimits limits_;
   MemoryAccount memory_;
+  MemoryAccount moved_vertices_{max_moved_vertices};
   bool everything_;
   IssueSink& issues_;
   NodeTransforms transforms_{document_};

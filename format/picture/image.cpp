@@ -52,6 +52,19 @@ bool declares_more_than_it_has(std::span<const std::uint8_t> exr) {
   return true;
 }
 
+/// Scans of a JPEG; decoding each takes as long as all of its pixels.
+int scans_of(std::span<const std::uint8_t> jpeg) {
+  int scans = 0;
+  for (std::size_t at = 2; at + 4 <= jpeg.size();) {
+    const unsigned marker = jpeg[at + 1];
+    const bool is_segment =
+        jpeg[at] == 0xFF && marker > 1 && marker < 0xFF && !(marker >= 0xD0 && marker <= 0xD9);
+    if (is_segment && marker == 0xDA) ++scans;
+    at += is_segment ? std::size_t{2} + (jpeg[at + 2] << 8U | jpeg[at + 3]) : 1;
+  }
+  return scans;
+}
+
 /// Loads the module by the RUNPATH of the program or library.
 Result<const OpenImageIo*> load_openimageio() {
   static const auto table = []() -> tl::expected<const OpenImageIo*, std::string> {
@@ -74,6 +87,9 @@ Result<std::vector<Image>> decode(const char* format, std::span<const std::uint8
         !MemoryAccount(limits.memory).take(pixels, canvas_bytes))
       return fail(Code::file_too_large, name, "", fmt::format("{} pixels", pixels));
   }
+  constexpr int max_scans = 100;
+  if (format == std::string_view("jpeg") && scans_of(bytes) > max_scans)
+    return fail(Code::file_too_large, name, "", fmt::format("has more than {} scans", max_scans));
   if (format == std::string_view("openexr") && declares_more_than_it_has(bytes))
     return fail(Code::image_unreadable, name, "", "ends within its header");
   if (format == std::string_view("hdr"))

@@ -107,6 +107,7 @@ test_what_a_picture_declares_is_reckoned_before_it_is_taken() {
     save("black.png", png(head(side, side), zeros(side, side), end)), save("wide.png", png(head(2 ** 31 - 1, 1)));
     save("zero.png", png(head(0, 0), end)), save("a.jpeg", jpeg(65500, 65500)), save("a.pnm", pnm(6, side, side));
     save("zero.pnm", pnm(6, 0, 0)), save("a.hdr", hdr(2 ** 31 - 1, 2 ** 31 - 1)), save("b.hdr", hdr(2 * side, side));
+    save("scans.jpeg", Buffer.concat([jpeg(8, 8), ...Array(100).fill(segment(0xDA, 1, 1, 0, 0, 63, 0))]));
     save("a.tif", tiff(side, side)), save("tile.tif", tiff(8, 8, {322: 32000, 323: 32000})), save("zero.tif", tiff(0, 0));
     save("deep.tif", tiff(side, side, {258: 64, 277: 4})), save("channels.tif", tiff(3000, 3000, {277: 65535}));
     save("a.exr", exr(side, side)), save("b.exr", exr(2 ** 30, 2 ** 30)), save("tile.exr", exr(side, side, 1));

@@ -55,6 +55,26 @@ TEST_CASE("gltf check: what a small file asks for is refused, by the reader too"
         }
       },
       [](Square& s) {
+        // Each joint has all joints before it as ancestors.
+        constexpr int count = 3000;
+        const auto first = static_cast<int>(s.json["nodes"].size());
+        Json& joints = s.json["skins"][0]["joints"];
+        for (int i = 0; i < count; ++i) {
+          s.json["nodes"].push_back(i + 1 < count ? Json{{"children", {first + i + 1}}} : Json::object());
+          joints.push_back(first + i);
+        }
+        s.json["nodes"][0]["skin"] = 0;
+      },
+      [](Square& s) {
+        s.json["accessors"].push_back(Json::parse(R"({"componentType":5126,"count":1000000,"type":"VEC3",
+            "min":[0,0,0],"max":[0,0,0]})"));
+        s.json["meshes"][0] = {{"primitives", {{{"attributes", {{"POSITION", 5}}}}}}};
+        for (int i = 0; i < 100; ++i) {
+          s.json["meshes"][0]["primitives"][0]["targets"].push_back({{"POSITION", 5}});
+          s.json["meshes"][0]["weights"].push_back(0.5);
+        }
+      },
+      [](Square& s) {
         for (int i = 0; i < 5000; ++i) s.json["extras"][std::to_string(i)] = i;
       }};
   for (std::size_t i = 0; i < demands.size(); ++i) {
