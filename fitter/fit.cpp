@@ -63,7 +63,7 @@ FabricLevel blank_level(const SampleLevel& samples, const SamplesHeader& header,
   level.height = samples.height;
   level.add(LayerKind::lobes, 3 * parameter_count(options.lobes));
   // Light that comes through has lost the direction of the surface that it met.
-  if (!lets_through(header.side)) level.add(LayerKind::frame, 6);
+  if (!is_transmission(header.side)) level.add(LayerKind::frame, 6);
   level.add(LayerKind::opacity, samples.views);
   if (options.view_table) level.add(LayerKind::table, 3 * samples.views);
   return level;
@@ -86,7 +86,7 @@ TexelTotals fit_one(const SampleLevel& from, std::size_t texel, const TexelDirec
   const V3f* radiance = &from.radiance[texel * views * directions.lights.size()];
   std::copy_n(alpha, views, &level.opacity()[texel * views]);
   // If normals cancel or the texel is never seen, the cloth's normal is used.
-  const V3f sum = from.normal[texel];
+  const V3f sum = from.normal_sum[texel];
   TexelFrame frame{{0, 0, 1}, {1, 0, 0}};
   auto& [normal, tangent] = level.has(LayerKind::frame) ? level.frame()[texel] : frame;
   if (level.has(LayerKind::frame)) {
@@ -119,8 +119,8 @@ LevelReport report_of(const std::vector<TexelTotals>& totals, const FabricLevel&
     error += total.error;
     cost += total.cost;
     energy += total.energy;
-    report.iterations += total.iterations / (3.0 * level.texels());
-    report.at_limit += total.converged ? 0 : 1;
+    report.mean_evaluations += total.iterations / (3.0 * level.texels());
+    report.unconverged_texels += total.converged ? 0 : 1;
   }
   report.cost = energy > 0 ? cost / energy : 0;
   report.training_error = energy > 0 ? std::sqrt(error / energy) : 0;
@@ -144,11 +144,12 @@ std::string provenance_of(const SamplesHeader& header, const FitOptions& options
 
 Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
                       const Progress& progress, const PairSamples& measured, const TexelFit& texel_fit) {
-  const TexelDirections directions{directions_of(header.views), directions_of(header.lights), header.views};
+  const TexelDirections directions{cell_directions(header.views), cell_directions(header.lights),
+                                   header.views};
   const std::size_t views = directions.views.size();
   const std::size_t texels = header.texels();
-  if (samples.width != header.width || samples.height != header.height || samples.normal.size() != texels ||
-      samples.alpha.size() != texels * views ||
+  if (samples.width != header.width || samples.height != header.height ||
+      samples.normal_sum.size() != texels || samples.alpha.size() != texels * views ||
       samples.radiance.size() != texels * views * directions.lights.size())
     return fail(Code::samples_malformed, {}, "level 0", "the samples have other sizes than the header");
 

@@ -30,10 +30,10 @@ struct FitOptions {
 struct LevelReport {
   int width = 0;  ///< texels
   int height = 0;
-  double training_error = 0;  ///< relative L2 over all samples, weighted by opacity
-  double cost = 0;            ///< the minimised squared error and penalties, as a fraction of the energy
-  double iterations = 0;      ///< evaluations of all samples, per texel and channel
-  int at_limit = 0;           ///< texels that reached the limit of iterations in a channel
+  double training_error = 0;    ///< relative L2 over all samples, weighted by opacity
+  double cost = 0;              ///< the minimised squared error and penalties, as a fraction of the energy
+  double mean_evaluations = 0;  ///< evaluations of all samples, per texel and channel
+  int unconverged_texels = 0;   ///< texels that reached the limit of iterations in a channel
   double seconds = 0;
 };
 

@@ -254,7 +254,7 @@ void refit_to_pairs(Fabric& fabric, const PairSamples& measured, int lights, con
   samples.views = static_cast<int>(measured.pairs.size());
   samples.lights = 1;
   const std::size_t texels = samples.texels();
-  samples.normal.assign(texels, V3f(0));
+  samples.normal_sum.assign(texels, V3f(0));
   for (std::size_t t = 0; t < texels; ++t) {
     for (std::size_t p = 0; p < measured.pairs.size(); ++p) {
       samples.alpha.push_back(measured.alpha[p * texels + t]);

@@ -56,9 +56,9 @@ class Drawer {
     FrameSize size = size_;
     size.supersample = supersample;
     // Bands without blocks are not drawn.
-    size.band_rows = blocks != nullptr ? blocks->side : band_rows(supersample);
+    size.band_rows = blocks != nullptr ? blocks->block_size : band_rows(supersample);
     DrawOptions options = options_;
-    options.cells.samples = samples_of(supersample);
+    options.cells.samples = image_samples(supersample);
     options.blocks = blocks;
     const RenderStats stats = draw(size, options, frame);
     if (blocks == nullptr) keep(stats);
@@ -69,8 +69,8 @@ class Drawer {
     value_or_throw(renderer_.resize(size));
     value_or_throw(renderer_.draw(camera_, options, frame, stats));
     for (const auto& [name, seconds] : render_seconds)
-      if (seconds != &RenderStats::prepare) stats_.*seconds += stats.*seconds;
-    stats_.prepare = stats.prepare;
+      if (seconds != &RenderStats::prepare_seconds) stats_.*seconds += stats.*seconds;
+    stats_.prepare_seconds = stats.prepare_seconds;
     return stats;
   }
   /// Replaces the statistics by a frame's, except for the times, which add up over all frames.
@@ -80,7 +80,7 @@ class Drawer {
   }
   /// Largest supersampling that the index pass can draw.
   int limit() const {
-    return std::min(max_supersample, index_pass_side_limit / std::max(size_.width, size_.height));
+    return std::min(max_supersample, max_frame_side / std::max(size_.width, size_.height));
   }
   /// FrameSize::band_rows: a picture has at least `min_bands`, which cost no time, and as many as let the
   /// cell images of a band fit into the memory. Those take `image_bytes` for a pixel of a sweater close by.
@@ -108,12 +108,12 @@ class Drawer {
 class Probe {
  public:
   Probe(Drawer& drawer, const FrameSize& size) : drawer_(drawer), size_(size) {
-    blocks_.across = (size.width + blocks_.side - 1) / blocks_.side;
-    const int rows = (size.height + blocks_.side - 1) / blocks_.side;
-    blocks_.drawn.resize(static_cast<std::size_t>(blocks_.across) * rows);
-    taken_ = blocks_.drawn;
+    blocks_.columns = (size.width + blocks_.block_size - 1) / blocks_.block_size;
+    const int rows = (size.height + blocks_.block_size - 1) / blocks_.block_size;
+    blocks_.is_drawn.resize(static_cast<std::size_t>(blocks_.columns) * rows);
+    taken_ = blocks_.is_drawn;
     row_step_ = std::clamp(rows / 8, 1, 4);
-    all_ = static_cast<std::size_t>(blocks_.across) * (rows / row_step_);
+    all_ = static_cast<std::size_t>(blocks_.columns) * (rows / row_step_);
   }
 
   /// dB of the picture with some supersampling compared with another one. Less exact where it is clearly
@@ -152,7 +152,7 @@ class Probe {
       const bool is_near = std::min(std::abs(result - below), std::abs(result - above)) < margin;
       const bool is_exact = error < max_error && (!is_near || shown > min_blocks);
       if (((is_clear || is_exact) && shown >= min_blocks) || shown >= max_blocks || count_ == all_ ||
-          drawer_.options().ends())
+          drawer_.options().is_interrupted())
         return result;
     }
   }
@@ -170,7 +170,7 @@ class Probe {
       for (int x = 1; x < size_.width; ++x) {
         const double square = contrast_at(whole, x, y);
         sums[0] += square;
-        if (taken_[block_row(y) + x / blocks_.side] != 0) sums[1] += square;
+        if (taken_[block_row(y) + x / blocks_.block_size] != 0) sums[1] += square;
       }
     }
     const double part = 3.0 * size_.width * size_.height / static_cast<double>(pixels_);
@@ -186,7 +186,7 @@ class Probe {
   };
 
   std::size_t block_row(int y) const {
-    return static_cast<std::size_t>((size_.height - 1 - y) / blocks_.side) * blocks_.across;
+    return static_cast<std::size_t>((size_.height - 1 - y) / blocks_.block_size) * blocks_.columns;
   }
 
   /// Calls body(pixel, block) for the pixels of blocks.
@@ -195,7 +195,7 @@ class Probe {
     for (int y = 0; y < size_.height; ++y) {
       const std::size_t row = block_row(y);
       for (int x = 0; x < size_.width; ++x)
-        if (const std::size_t block = row + x / blocks_.side; blocks[block] != 0)
+        if (const std::size_t block = row + x / blocks_.block_size; blocks[block] != 0)
           body(static_cast<std::size_t>(y) * size_.width + x, block);
     }
   }
@@ -205,8 +205,8 @@ class Probe {
     for (; more > 0 && count_ < all_; ++next_) {
       const double place = next_ * std::numbers::phi;
       const auto number = static_cast<std::size_t>((place - std::floor(place)) * static_cast<double>(all_));
-      const std::size_t row = number / blocks_.across * row_step_ + row_step_ / 2;
-      std::uint8_t& block = taken_[row * blocks_.across + number % blocks_.across];
+      const std::size_t row = number / blocks_.columns * row_step_ + row_step_ / 2;
+      std::uint8_t& block = taken_[row * blocks_.columns + number % blocks_.columns];
       if (std::exchange(block, 1) != 0) continue;
       ++count_;
       --more;
@@ -232,12 +232,12 @@ class Probe {
     std::vector<std::uint8_t>& blocks = drawn_[supersample].blocks;
     blocks.resize(taken_.size());
     for (std::size_t i = 0; i < taken_.size(); ++i)
-      blocks_.drawn[i] = taken_[i] != 0 && blocks[i] == 0 ? 1 : 0;
-    if (std::ranges::find(blocks_.drawn, 1) == blocks_.drawn.end()) return frame;
+      blocks_.is_drawn[i] = taken_[i] != 0 && blocks[i] == 0 ? 1 : 0;
+    if (std::ranges::find(blocks_.is_drawn, 1) == blocks_.is_drawn.end()) return frame;
     Frame more;
     drawer_.draw(supersample, &blocks_, more);
     if (frame.pixels.empty()) frame = more;
-    for_each_pixel(blocks_.drawn, [&](std::size_t i, std::size_t) { frame.pixels[i] = more.pixels[i]; });
+    for_each_pixel(blocks_.is_drawn, [&](std::size_t i, std::size_t) { frame.pixels[i] = more.pixels[i]; });
     for (std::size_t i = 0; i < taken_.size(); ++i) blocks[i] |= taken_[i];
     return frame;
   }
@@ -261,7 +261,7 @@ AccuratePicture draw_accurate(Drawer& drawer, double wanted, const FrameSize& si
   if (drawer.limit() >= 4) {
     const auto is_enough = [&](int supersample, double decibels) {
       picture.supersample = supersample;
-      picture.accuracy = decibels;
+      picture.accuracy_db = decibels;
       return decibels >= wanted;
     };
     const double db_2x2 = probe.accuracy(2, 4, wanted, wanted);
@@ -277,7 +277,7 @@ AccuratePicture draw_accurate(Drawer& drawer, double wanted, const FrameSize& si
     }
   }
   drawer.draw(picture.supersample, nullptr, frame);
-  if (picture.accuracy > 0) picture.accuracy += probe.correction_db(frame);
+  if (picture.accuracy_db > 0) picture.accuracy_db += probe.correction_db(frame);
   return picture;
 }
 
@@ -285,7 +285,7 @@ AccuratePicture draw_accurate(Drawer& drawer, double wanted, const FrameSize& si
 struct Wave {
   enum class Images { moving, quick, rest };
   Images images = Images::moving;
-  int magnified = 1;  ///< pixels of the picture along the side of a pixel that is drawn
+  int magnification = 1;  ///< pixels of the picture along the side of a pixel that is drawn
   int supersample = 1;
 };
 
@@ -294,18 +294,18 @@ constexpr int first_wave_pixels = 1 << 15;
 /// Between frames that move and pictures at rest: a third of the time of the latter, and dB in the middle.
 constexpr CellImageOptions quick_cell_images{
     .samples = 3.5F,  // fewer than at rest, where these images are made again
-    .patches = {.turn_pixels = 320, .turn = 8, .outline_pixels = 8, .offset = 2},
+    .patches = {.turn_degree_pixels = 320, .turn_degrees = 8, .outline_pixels = 8, .offset_pixels = 2},
     .hair_shadows = false,
-    .shaded_together = 2,
-    .shadow_texels = 1,
-    .piece_pixels = 2,
+    .shading_block = 2,
+    .shadow_texels_per_pixel = 1,
+    .max_piece_pixels = 2,
     .min_transparency = 3.0F / 255,
 };
 
 Wave first_wave(const FrameSize& size) {
   Wave wave;
-  while (size.width / wave.magnified * (size.height / wave.magnified) > first_wave_pixels)
-    wave.magnified *= 2;
+  while (size.width / wave.magnification * (size.height / wave.magnification) > first_wave_pixels)
+    wave.magnification *= 2;
   return wave;
 }
 
@@ -316,7 +316,7 @@ std::optional<Wave> next_wave(const Wave& wave, double taken, double left, int l
   // swatches at 320 x 256.
   constexpr double quick_time_ratio = 5;
   constexpr double rest_time_ratio = 2;
-  if (wave.magnified > 1) return Wave{moving, wave.magnified / 2, 1};
+  if (wave.magnification > 1) return Wave{moving, wave.magnification / 2, 1};
   if (wave.images == moving && limit >= 2 && quick_time_ratio * taken < left) return Wave{quick, 1, 2};
   if (wave.images == quick && rest_time_ratio * taken < left) return Wave{rest, 1, 2};
   if (wave.images != rest) return std::nullopt;
@@ -369,7 +369,8 @@ std::optional<double> accuracy_of(const Frame& frame, int supersample, Drawer& d
   const int compared = std::min(supersample, max_supersample / 2);
   const double accuracy = probe.accuracy(compared, reference) +
                           db_per_doubling * std::log2(static_cast<double>(supersample) / compared);
-  return drawer.options().ends() ? std::nullopt : std::optional(accuracy + probe.correction_db(frame));
+  return drawer.options().is_interrupted() ? std::nullopt
+                                           : std::optional(accuracy + probe.correction_db(frame));
 }
 
 /// Draws whole pictures, each with more rays than the one before, until the time ends; the last whole one
@@ -384,28 +385,28 @@ AccuratePicture draw_in_time(Drawer& drawer, DrawOptions& options, double second
   AccuratePicture picture;
   for (std::optional<Wave> wave = first_wave(size); wave;) {
     FrameSize wave_size = size;
-    wave_size.width = (size.width + wave->magnified - 1) / wave->magnified;
-    wave_size.height = (size.height + wave->magnified - 1) / wave->magnified;
+    wave_size.width = (size.width + wave->magnification - 1) / wave->magnification;
+    wave_size.height = (size.height + wave->magnification - 1) / wave->magnification;
     wave_size.supersample = wave->supersample;
     wave_size.band_rows = wave->supersample > 1 ? drawer.band_rows(wave->supersample) : 0;
     DrawOptions wave_options = options;
     if (wave->images == Wave::Images::moving) wave_options.cells = moving_cell_images;
     if (wave->images == Wave::Images::quick) wave_options.cells = quick_cell_images;
-    if (wave->images == Wave::Images::rest) wave_options.cells.samples = samples_of(wave->supersample);
+    if (wave->images == Wave::Images::rest) wave_options.cells.samples = image_samples(wave->supersample);
     wave_options.cells.memory = options.cells.memory;
     const Stopwatch watch;
     Frame drawn;
     const RenderStats stats = drawer.draw(wave_size, wave_options, drawn);
-    if (wave_options.ends()) return picture;
+    if (wave_options.is_interrupted()) return picture;
     const double taken = watch.seconds();
-    frame = wave->magnified > 1 ? magnify(drawn, size) : std::move(drawn);
+    frame = wave->magnification > 1 ? magnify(drawn, size) : std::move(drawn);
     picture.supersample = wave->supersample;
-    picture.magnified = wave->magnified;
+    picture.magnification = wave->magnification;
     drawer.keep(stats);
     options.deadline = end;
     wave = next_wave(*wave, taken, duration<double>(end - Clock::now()).count(), drawer.limit());
   }
-  picture.accuracy = accuracy_of(frame, picture.supersample, drawer, size).value_or(0);
+  picture.accuracy_db = accuracy_of(frame, picture.supersample, drawer, size).value_or(0);
   return picture;
 }
 
@@ -413,34 +414,34 @@ AccuratePicture draw_in_time(Drawer& drawer, DrawOptions& options, double second
 
 void add(const RenderStats& one, RenderStats& sum) {
   for (const auto& [name, seconds] : render_seconds) sum.*seconds += one.*seconds;
-  sum.prepare = one.prepare;
+  sum.prepare_seconds = one.prepare_seconds;
   sum.triangles = one.triangles;
   sum.covered_pixels += one.covered_pixels;
   sum.evaluated_pixels += one.evaluated_pixels;
   sum.cloth_pixels += one.cloth_pixels;
   sum.layers = std::max(sum.layers, one.layers);
-  sum.image_bytes = std::max(sum.image_bytes, one.image_bytes);
+  sum.peak_image_bytes = std::max(sum.peak_image_bytes, one.peak_image_bytes);
   if (one.remarks.size() >= sum.remarks.size()) sum.remarks = one.remarks;
 }
 
-double decibels_between(const Frame& a, const Frame& b) {
+double frame_psnr_db(const Frame& a, const Frame& b) {
   double square = 0;
   for (std::size_t i = 0; i < a.pixels.size(); ++i)
     square += (display_value(a.pixels[i]) - display_value(b.pixels[i])).length2();
   return decibels(square / (3.0 * static_cast<double>(a.pixels.size())));
 }
 
-Result<AccuratePicture> draw_for(Renderer& renderer, const PictureGoal& goal, const FrameSize& size,
-                                 const Camera& camera, DrawOptions options, Frame& frame,
-                                 RenderStats& stats) {
-  return result_of([&] {
+Result<AccuratePicture> draw_for_goal(Renderer& renderer, const PictureGoal& goal, const FrameSize& size,
+                                      const Camera& camera, DrawOptions options, Frame& frame,
+                                      RenderStats& stats) {
+  return catch_failure([&] {
     stats = {};
     Drawer drawer(renderer, size, camera, options, stats);
     AccuratePicture picture{size.supersample};
     if (goal.seconds)
       picture = draw_in_time(drawer, options, *goal.seconds, size, frame);
-    else if (goal.accuracy)
-      picture = draw_accurate(drawer, *goal.accuracy, size, frame);
+    else if (goal.accuracy_db)
+      picture = draw_accurate(drawer, *goal.accuracy_db, size, frame);
     else
       drawer.draw(size.supersample, nullptr, frame);
     FrameSize left = size;

@@ -16,32 +16,33 @@ namespace selvedge {
 
 /// CellImageOptions::samples of a picture at rest: look-ups have two samples of images along either side, and
 /// pixels at least four.
-inline float samples_of(int supersample) { return 2 * static_cast<float>(std::max(supersample, 2)); }
+inline float image_samples(int supersample) { return 2 * static_cast<float>(std::max(supersample, 2)); }
 
 /// PSNR of two frames of one size, dB, as of pictures, above; at most 200.
-double decibels_between(const Frame& a, const Frame& b);
+double frame_psnr_db(const Frame& a, const Frame& b);
 
 /// dB of pictures that nobody asks more of: mostly 2 x 2 rays a pixel have them.
-inline constexpr double default_accuracy = 34;
+inline constexpr double default_accuracy_db = 34;
 
 /// One wish for a picture, or none: the supersampling of the options.
 struct PictureGoal {
-  std::optional<double> accuracy;  ///< dB, above 0
-  std::optional<double> seconds;   ///< from the call on; a first picture is drawn in any case
+  std::optional<double> accuracy_db;  ///< dB, above 0
+  std::optional<double> seconds;      ///< from the call on; a first picture is drawn in any case
 };
 
 struct AccuratePicture {
   int supersample = 1;
-  int magnified = 1;    ///< of a picture for a time: pixels along the side of a pixel that was drawn
-  double accuracy = 0;  ///< dB, estimated; 0: not known, as there is nothing to compare with
+  int magnification = 1;   ///< of a picture for a time: pixels along the side of a pixel that was drawn
+  double accuracy_db = 0;  ///< dB, estimated; 0: not known, as there is nothing to compare with
 };
 
 /// Adds the statistics of one more drawing of a scene.
 void add(const RenderStats& one, RenderStats& sum);
 
-/// Draws a frame for a goal, and leaves the renderer at its supersampling; further frames need samples_of()
-/// it. The times of `stats` are of all that was drawn. Errors as Renderer::draw().
-Result<AccuratePicture> draw_for(Renderer& renderer, const PictureGoal& goal, const FrameSize& size,
-                                 const Camera& camera, DrawOptions options, Frame& frame, RenderStats& stats);
+/// Draws a frame for a goal, and leaves the renderer at its supersampling; further frames need
+/// image_samples() it. The times of `stats` are of all that was drawn. Errors as Renderer::draw().
+Result<AccuratePicture> draw_for_goal(Renderer& renderer, const PictureGoal& goal, const FrameSize& size,
+                                      const Camera& camera, DrawOptions options, Frame& frame,
+                                      RenderStats& stats);
 
 }  // namespace selvedge

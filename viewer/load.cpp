@@ -10,18 +10,19 @@ namespace selvedge {
 Result<Fabric> load_fabric(FabricReader& reader, MemoryAccount& memory) {
   const FabricHeader& header = reader.header();
   const auto too_large = [&] {
-    return tl::unexpected(beyond_memory(reader.name(), "", "the values of the fabric", memory.limit()));
+    return tl::unexpected(memory_limit_error(reader.name(), "", "the values of the fabric", memory.limit()));
   };
-  reader.allow_memory(memory.left());
-  if (!memory.take(reader.memory() + memory_turned_over(header), 1)) return too_large();
+  reader.set_memory_limit(memory.remaining_bytes());
+  if (!memory.try_reserve(reader.peak_memory_bytes() + turned_over_bytes(header), 1)) return too_large();
   Result<Fabric> fabric = reader.read();
   if (!fabric) return fabric;
   if (const auto yarns = fabric->levels.front().yarns()) {
     const YarnData& data = yarns->data();
     // Once more for smooth light (yarn_sky.h), and all of it turned over.
-    const std::uint64_t sides = header.side_of(Side::back) != nullptr ? 2 : 1;
+    const std::uint64_t sides = header.find_side(Side::back) != nullptr ? 2 : 1;
     const std::uint64_t sky = sizeof(float) * (data.light.size() + data.through.size());
-    if (!memory.take(sides, static_cast<std::uint64_t>(memory_of(data, yarns->period())) + sky))
+    if (!memory.try_reserve(sides,
+                            static_cast<std::uint64_t>(yarn_memory_bytes(data, yarns->period())) + sky))
       return too_large();
   }
   return fabric;
@@ -31,10 +32,10 @@ Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choic
                                const SceneLimits& limits) {
   Result<Scene> scene = read_scene(path, limits, choice);
   if (!scene) return tl::unexpected(scene.error());
-  Result<MemoryAccount> memory = check_drawable(*scene, limits.document.memory);
+  Result<MemoryAccount> memory = check_scene_memory(*scene, limits.document.memory);
   if (!memory) return tl::unexpected(memory.error());
-  LoadedScene loaded{std::move(*scene), {}, 0, memory->left()};
-  std::vector<bool> is_worn(loaded.scene.fabrics.size(), choice.all_fabrics);
+  LoadedScene loaded{std::move(*scene), {}, 0, memory->remaining_bytes()};
+  std::vector<bool> is_worn(loaded.scene.fabrics.size(), choice.loads_unused_fabrics);
   for (const SceneInstance& instance : loaded.scene.instances) {
     const int material = loaded.scene.primitives[instance.primitive].material;
     if (material >= 0 && loaded.scene.materials[material].fabric)
@@ -56,14 +57,14 @@ Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choic
     if (!fabric) return tl::unexpected(fabric.error());
     loaded.fabrics.push_back(std::move(*fabric));
     std::error_code unknown;
-    loaded.file_bytes +=
+    loaded.fabric_file_bytes +=
         source.path.empty() ? source.bytes.size() : std::filesystem::file_size(source.path, unknown);
     numbers.back() = static_cast<int>(present.size());
     present.push_back(std::move(source));
   }
   loaded.scene.fabrics = std::move(present);
-  loaded.scene.memory_left = memory->left();
-  loaded.memory -= memory->left();
+  loaded.scene.memory_left = memory->remaining_bytes();
+  loaded.fabric_memory -= memory->remaining_bytes();
   for (SceneMaterial& material : loaded.scene.materials) {
     if (!material.fabric) continue;
     int& fabric = material.fabric->fabric;

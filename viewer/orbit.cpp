@@ -56,8 +56,8 @@ Result<CameraOptions> start_orbit(std::span<const V3d> points, double aspect, co
   if (!orbit.distance) {
     const double slope = std::tan(orbit.field_of_view * radians_per_degree / 2);
     orbit.distance = orbit.projection == Projection::perspective
-                         ? (camera->position - *orbit.look_at).dot(camera->back())
-                         : camera->window_half.y * orbit.zoom / slope;
+                         ? (camera->position - *orbit.look_at).dot(camera->image_normal())
+                         : camera->window_half_size.y * orbit.zoom / slope;
   }
   return orbit;
 }
@@ -82,7 +82,7 @@ void dolly(CameraOptions& orbit, double steps, const V2d& cursor, double aspect,
 
 void orbit_about(CameraOptions& orbit, const V3d& seen) {
   if (orbit.projection == Projection::parallel) return;
-  const V3d back = axes_of(orbit).back();
+  const V3d back = axes_of(orbit).image_normal();
   const V3d eye = *orbit.look_at + back * *orbit.distance;
   const double depth = (eye - seen).dot(back);
   if (!(depth > 0)) return;

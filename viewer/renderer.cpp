@@ -32,7 +32,7 @@ Result<std::unique_ptr<GraphicsContext>> make_context(const RenderOptions& optio
 
 void check_size(const FrameSize& size) {
   if (size.supersample < 1 || size.supersample > 16) refuse("--supersample", "must lie between 1 and 16");
-  const int limit = index_pass_side_limit / size.supersample;
+  const int limit = max_frame_side / size.supersample;
   if (size.width < 1 || size.height < 1 || size.width > limit || size.height > limit)
     refuse("--size", fmt::format("must lie between 1x1 and {0}x{0}", limit));
   if (size.layers < 1 || size.layers > max_layers)
@@ -40,8 +40,8 @@ void check_size(const FrameSize& size) {
 }
 
 void check_draw(const DrawOptions& o) {
-  if (o.levels.forced < -1) refuse("--level", "must not be negative");
-  if (o.shadows != 0 && (o.shadows < min_shadow_size || o.shadows > max_shadow_size))
+  if (o.levels.forced_level < -1) refuse("--level", "must not be negative");
+  if (o.shadow_map_size != 0 && (o.shadow_map_size < min_shadow_size || o.shadow_map_size > max_shadow_size))
     refuse("--shadows", fmt::format("must lie between {} and {}", min_shadow_size, max_shadow_size));
 }
 
@@ -83,9 +83,9 @@ void add_backdrop(const Camera& camera, const DrawOptions& options, const Reflec
       V4f& pixel = frame.pixels[static_cast<std::size_t>(y) * frame.width + x];
       const float right = static_cast<float>(x) + 0.5F - 0.5F * static_cast<float>(frame.width);
       const float up = 0.5F * static_cast<float>(frame.height) - static_cast<float>(y) - 0.5F;
-      const V3d away = -V3d(rays.base + rays.right * right + rays.up * up).normalized();
-      const V3f radiance =
-          options.backdrop > 0 ? reflections->at(away, options.backdrop) : options.environment->at(away);
+      const V3d away = -V3d(rays.base + rays.step_right * right + rays.step_up * up).normalized();
+      const V3f radiance = options.backdrop_roughness > 0 ? reflections->at(away, options.backdrop_roughness)
+                                                          : options.environment->radiance_at(away);
       const V3f seen = radiance * (1 - pixel.w);
       pixel = V4f(pixel.x + seen.x, pixel.y + seen.y, pixel.z + seen.z, 1);
     }
@@ -108,8 +108,8 @@ struct Renderer::State {
   std::vector<ShadowMap> shadow_maps;
   std::optional<Floor> floor;        ///< found on first use
   std::optional<SkyVisibility> sky;  ///< found on first use; without directions if memory is short
-  SmoothLight around;                ///< of `around_vertices`
-  std::vector<SmoothLight> around_vertices;
+  SmoothLight around;                ///< of `vertex_lights`
+  std::vector<SmoothLight> vertex_lights;
   std::shared_ptr<const Environment> reflected;  ///< by `reflections`
   std::shared_ptr<const Reflections> reflections;
   std::unique_ptr<FrameRenderer> path;
@@ -120,7 +120,7 @@ struct Renderer::State {
     const auto& wanted = options.environment;
     const bool mirrors =
         std::ranges::any_of(scene.materials.surfaces, [](const auto& s) { return s.fabric < 0; });
-    if (!wanted || (!mirrors && !(options.backdrop > 0))) return nullptr;
+    if (!wanted || (!mirrors && !(options.backdrop_roughness > 0))) return nullptr;
     if (reflected && (reflected == wanted || reflected->radiance == wanted->radiance)) {
       if (reflections->levels[0].options == wanted->options) return reflections;
       Reflections other = *reflections;
@@ -135,8 +135,8 @@ struct Renderer::State {
 
   const Occluders& casting() {
     if (!occluders) {
-      if (!textures->leave(Occluders::mask_bytes(scene.materials)))
-        throw Failure{beyond_memory(file, "", "the masks that cast shadows", scene_memory)};
+      if (!textures->reserve_bytes(Occluders::mask_bytes(scene.materials)))
+        throw Failure{memory_limit_error(file, "", "the masks that cast shadows", scene_memory)};
       occluders.emplace(scene.mesh, scene.materials);
     }
     return *occluders;
@@ -144,12 +144,12 @@ struct Renderer::State {
 
   /// Light from all around at the vertices, with shadows, if the options have both.
   std::span<const SmoothLight> shade_around(const DrawOptions& options) {
-    if (!options.around || options.shadows == 0) return {};
+    if (!options.smooth_light || options.shadow_map_size == 0) return {};
     if (!sky) {
       // 48 maps of a million triangles take a second.
       constexpr std::size_t max_triangles = std::size_t{1} << 20;
       const bool fits = scene.mesh.triangles.size() <= max_triangles &&
-                        textures->leave(scene.mesh.positions.size() * bytes_per::shaded_vertex);
+                        textures->reserve_bytes(scene.mesh.positions.size() * bytes_per::shaded_vertex);
       if (!fits)
         remarks.emplace_back(
             "light from all around has no shadows: the scene has more than 2^20 triangles, or does not fit "
@@ -158,17 +158,18 @@ struct Renderer::State {
       sky = fits ? sky_visibility(scene.mesh, casting()) : SkyVisibility{};
     }
     if (sky->directions.empty()) return {};
-    if (around_vertices.empty() || around != *options.around) {
-      around = *options.around;
-      around_vertices = light_at_vertices(*sky, around);
+    if (vertex_lights.empty() || around != *options.smooth_light) {
+      around = *options.smooth_light;
+      vertex_lights = light_at_vertices(*sky, around);
     }
-    return around_vertices;
+    return vertex_lights;
   }
 
   /// Refuses files of few bytes whose surfaces would take hours.
   void check_depth(const Camera& camera) const {
     const M44d clip = clip_matrix(camera, scene.origin);
-    const double depth = mean_depth(scene.mesh, project(scene.mesh, clip, size.width, size.height));
+    const double depth =
+        mean_depth_complexity(scene.mesh, project(scene.mesh, clip, size.width, size.height));
     if (depth > max_depth) {
       throw Failure{
           {Code::file_too_large, file, "",
@@ -180,17 +181,17 @@ struct Renderer::State {
   void make_textures(const Camera& camera) {
     Materials& materials = scene.materials;
     textures->make(
-        halvings_shown(scene.mesh, materials, scene.origin, camera, size.height * size.supersample),
+        shown_halvings(scene.mesh, materials, scene.origin, camera, size.height * size.supersample),
         materials.pictures, file, remarks);
   }
 
   /// Draws the shadow maps that the options require, where the last frame had others.
   std::span<const ShadowMap> draw_shadows(const DrawOptions& options) {
-    if (options.shadows == 0) return {};
+    if (options.shadow_map_size == 0) return {};
     const std::vector<ShadowView> views =
-        shadow_views(options.lights, scene.mesh.positions, scene.origin, options.shadows);
+        shadow_views(options.lights, scene.mesh.positions, scene.origin, options.shadow_map_size);
     constexpr std::size_t max_texels = std::size_t{1} << 28;
-    const std::size_t side = options.shadows;
+    const std::size_t side = options.shadow_map_size;
     if (views.size() * side * side > max_texels) {
       refuse("--shadows", fmt::format("{} maps of {} texels a side are more than {} texels", views.size(),
                                       side, max_texels));
@@ -227,7 +228,7 @@ struct Renderer::State {
     textures = std::make_unique<PictureTextures>(gl, scene_memory);
     if (options.path == RenderPath::paper) check_paper_fabrics(source, scene.materials, fabrics, remarks);
     path = std::make_unique<FrameRenderer>(gl, scene, options, options.path);
-    watch.add_to(prepare);
+    watch.add_lap(prepare);
   }
 
   void draw(const Camera& camera, const DrawOptions& options, Frame& frame, RenderStats& stats) {
@@ -238,29 +239,30 @@ struct Renderer::State {
     Stopwatch watch;
     check_depth(camera);
     make_textures(camera);
-    watch.add_to(prepare);
-    stats.prepare = prepare;
+    watch.add_lap(prepare);
+    stats.prepare_seconds = prepare;
     stats.decoded_pictures = textures->decoded();
     const std::span<const ShadowMap> maps = draw_shadows(options);
     const std::span<const SmoothLight> shaded = shade_around(options);
     stats.remarks = remarks;
-    if (options.shadows > 0) watch.add_to(stats.shadows);
-    if (options.shadows > 0 && maps.size() < options.lights.size())
+    if (options.shadow_map_size > 0) watch.add_lap(stats.shadow_seconds);
+    if (options.shadow_map_size > 0 && maps.size() < options.lights.size())
       stats.remarks.push_back(
           fmt::format("{} of {} lights cast no shadows: points, wide cones, and lights after the first {}",
                       options.lights.size() - maps.size(), options.lights.size(), max_shadows));
-    if (std::ranges::any_of(maps, [&](const ShadowMap& map) { return map.view.size < options.shadows; }))
+    if (std::ranges::any_of(maps,
+                            [&](const ShadowMap& map) { return map.view.size < options.shadow_map_size; }))
       stats.remarks.push_back(
           fmt::format("shadows of lights are coarser: more than {} surfaces lie behind each other",
-                      Occluders::max_covered));
+                      Occluders::max_overdraw));
     frame.width = size.width;
     frame.height = size.height;
     frame.pixels.resize(frame.width * frame.height);
     const std::shared_ptr<const Reflections> mirrored = reflect(options);
-    watch.add_to(stats.prepare);
+    watch.add_lap(stats.prepare_seconds);
     path->draw({camera, options, maps, shaded, mirrored}, frame, stats);
-    if (!options.environment || options.ends()) return;
-    if (options.backdrop >= 0) {
+    if (!options.environment || options.is_interrupted()) return;
+    if (options.backdrop_roughness >= 0) {
       add_backdrop(camera, options, mirrored.get(), frame);
     } else {
       if (!floor) floor = floor_under(scene.mesh);
@@ -280,7 +282,7 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
                                                    const RenderOptions& options,
                                                    std::unique_ptr<GraphicsContext> context) {
   auto state = std::make_unique<State>();
-  return result_of([&] {
+  return catch_failure([&] {
     state->load(scene, fabrics, options, std::move(context));
     return std::unique_ptr<Renderer>(new Renderer(std::move(state)));
   });
@@ -288,12 +290,12 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
 
 Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Frame& frame,
                             RenderStats& stats) {
-  return result_of([&] { state_->draw(camera, options, frame, stats); });
+  return catch_failure([&] { state_->draw(camera, options, frame, stats); });
 }
 
 Result<void> Renderer::resize(const FrameSize& size) {
   State& s = *state_;
-  return result_of([&] {
+  return catch_failure([&] {
     check_size(size);
     value_or_throw(s.context->make_current());
     s.size = size;
@@ -304,7 +306,7 @@ Result<void> Renderer::resize(const FrameSize& size) {
 Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const DrawOptions& options,
                                                   const V2i& pixel) {
   State& s = *state_;
-  return result_of([&] {
+  return catch_failure([&] {
     value_or_throw(s.context->make_current());
     s.make_textures(camera);
     const std::span<const ShadowMap> shadows = s.draw_shadows(options);
@@ -314,7 +316,7 @@ Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const Dr
 
 Result<Frame> render(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,
                      const RenderOptions& options, RenderStats* stats) {
-  return result_of([&] {
+  return catch_failure([&] {
     RenderStats unwanted;
     Frame frame;
     const auto renderer = value_or_throw(Renderer::create(scene, fabrics, options));

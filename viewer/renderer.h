@@ -29,7 +29,7 @@ class Renderer {
   ~Renderer();
 
   /// Draws the scene from `camera`. The bytes depend neither on the number of threads nor, if all images
-  /// are made again (CellImageOptions::remade), on earlier frames.
+  /// are made again (CellImageOptions::remade_fraction), on earlier frames.
   /// Call on the thread that created the object. The memory of `frame` is reused.
   Result<void> draw(const Camera& camera, const DrawOptions& options, Frame& frame, RenderStats& stats);
 

@@ -29,9 +29,9 @@ Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
 
   const FabricLevel& level = fabric.levels[std::max(options.level, 0)];
   const V2d pixels = V2d(level.width, level.height) * V2d(options.repeats) * options.pixels_per_texel;
-  if (!(pixels.x <= index_pass_side_limit && pixels.y <= index_pass_side_limit))
+  if (!(pixels.x <= max_frame_side && pixels.y <= max_frame_side))
     return refuse("--pixels-per-texel",
-                  fmt::format("the swatch would be larger than {} pixels", index_pass_side_limit));
+                  fmt::format("the swatch would be larger than {} pixels", max_frame_side));
 
   Swatch swatch;
   swatch.width = std::max(1, static_cast<int>(std::lround(pixels.x)));
@@ -42,7 +42,7 @@ Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
   swatch.camera.projection = Projection::parallel;
   swatch.camera.position = V3d(size.x / 2, -size.y / 2, 0);
   swatch.camera.to_viewer = options.view / length;
-  swatch.camera.window_half = size / 2;
+  swatch.camera.window_half_size = size / 2;
   swatch.camera.near = -1;
   swatch.camera.far = 1;
   return swatch;

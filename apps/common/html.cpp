@@ -8,7 +8,7 @@ namespace selvedge {
 
 std::string escaped(const std::string& text) {
   std::string result;
-  for (const char c : printable(as_utf8(text))) {
+  for (const char c : escape_unprintable(escape_invalid_utf8(text))) {
     const char* entity = c == '&'   ? "&amp;"
                          : c == '<' ? "&lt;"
                          : c == '>' ? "&gt;"

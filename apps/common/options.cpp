@@ -51,7 +51,7 @@ std::uint64_t Options::bytes_from(const char* option, const std::string& text) {
   refuse(option, fmt::format("\"{}\" is not a number of bytes such as 64K", text));
 }
 
-std::string identity_of(const std::string& path) {
+std::string file_identity(const std::string& path) {
   struct stat status {};
   if (stat(path.c_str(), &status) == 0) return fmt::format("{}:{}", status.st_dev, status.st_ino);
   std::error_code ignored;
@@ -70,17 +70,17 @@ Result<void> check_writable(const std::vector<std::string>& paths) {
 
 void refuse(const std::string& option, const std::string& why) { throw CLI::ValidationError(option, why); }
 
-std::vector<double> numbers_from(const std::string& option, const std::string& text, char separator,
-                                 std::size_t min, std::size_t max, const char* example) {
+std::vector<double> parse_number_list(const std::string& option, const std::string& text, char separator,
+                                      std::size_t min, std::size_t max, const char* example) {
   const auto parsed = parse_numbers(text, separator, min, max);
   if (!parsed) refuse(option, fmt::format("\"{}\" is not of the form {}", text, example));
   return *parsed;
 }
 
-std::vector<int> whole_numbers_from(const std::string& option, const std::string& text, char separator,
+std::vector<int> parse_integer_list(const std::string& option, const std::string& text, char separator,
                                     std::size_t min, std::size_t max, const char* example) {
   std::vector<int> whole;
-  for (const double n : numbers_from(option, text, separator, min, max, example)) {
+  for (const double n : parse_number_list(option, text, separator, min, max, example)) {
     if (n != std::floor(n) || std::abs(n) > 1e9)
       refuse(option, fmt::format("\"{}\" is not of the form {}", text, example));
     whole.push_back(static_cast<int>(n));
@@ -93,7 +93,7 @@ const Option& Option::required(bool is_required) const {
   return *this;
 }
 
-const Option& Option::in(double min, double max) const {
+const Option& Option::in_range(double min, double max) const {
   // A default out of range means "not set" and is not shown.
   double default_value = 0;
   if (CLI::detail::lexical_cast(option_->get_default_str(), default_value) &&
@@ -113,8 +113,8 @@ const Option& Option::ends_in(std::vector<std::string> endings) const {
   return *this;
 }
 
-const Option& Option::names_files(FileOption::Use use, bool named) const {
-  files_->push_back({option_, use, named});
+const Option& Option::names_files(FileOption::Use use, bool has_names) const {
+  files_->push_back({option_, use, has_names});
   return *this;
 }
 
@@ -123,12 +123,12 @@ const Option& Option::excludes(const Option& other) const {
   return *this;
 }
 
-const Option& Option::further() const {
-  option_->group(further_options);
+const Option& Option::advanced() const {
+  option_->group(advanced_heading);
   return *this;
 }
 
-const Option& Option::count(int min, int max) const {
+const Option& Option::word_count(int min, int max) const {
   option_->expected(min, max);
   return *this;
 }
@@ -151,13 +151,13 @@ void Options::check_files() const {
         if (file.option->get_type_name().ends_with("|-")) continue;
         refuse(name, "cannot be standard output; name a file");
       }
-      const std::string path = value.substr(file.named ? value.find('=') + 1 : 0);
+      const std::string path = value.substr(file.has_names ? value.find('=') + 1 : 0);
       // Without an ending and a file it is the name of a stitch or an environment, or a colour.
       std::error_code ignored;
       const std::filesystem::path place(path);
       const bool is_name = !place.has_extension() && !std::filesystem::is_regular_file(place, ignored);
       if (file.use != Use::written && is_name) continue;
-      std::vector<const FileOption*>& before = uses[identity_of(path)];
+      std::vector<const FileOption*>& before = uses[file_identity(path)];
       for (const FileOption* other : before) {
         const auto [output, input] =
             file.use == Use::written ? std::pair(&file, other) : std::pair(other, &file);
@@ -187,7 +187,8 @@ void Options::common(CommonOptions& common) {
   common_ = &common;
   flag("--json", common.json, "The report, or the error, as JSON on standard output");
   flag("--quiet", common.quiet, "No progress, no table, no remarks");
-  number("--threads", common.threads, "N", "0: all cores; the bytes are the same for any number").in(0, 4096);
+  number("--threads", common.threads, "N", "0: all cores; the bytes are the same for any number")
+      .in_range(0, 4096);
 }
 
 Option Options::add(CLI::Option* option, const char* type) {
@@ -219,7 +220,7 @@ template Option Options::number(const char*, std::optional<double>&, const char*
 Option Options::size(const char* name, V2i& value, const std::string& help, int min, int max) {
   return text(name, "WxH", fmt::format("{} [{}x{}]", help, value.x, value.y),
               [name, &value, min, max](const std::string& t) {
-                const auto n = whole_numbers_from(name, t, 'x', 2, 2, "320x240");
+                const auto n = parse_integer_list(name, t, 'x', 2, 2, "320x240");
                 if (std::min(n[0], n[1]) < min || std::max(n[0], n[1]) > max)
                   refuse(name, fmt::format("must lie in {} to {}", min, max));
                 value = V2i(n[0], n[1]);
@@ -247,7 +248,7 @@ template <class T>
 Option Options::vector(const char* name, T& value, const char* type, const std::string& help) {
   constexpr bool has_two = std::is_same_v<T, V2d> || std::is_same_v<T, std::optional<V2d>>;
   return text(name, type, help, [name, type, &value](const std::string& t) {
-    const auto n = numbers_from(name, t, ',', has_two ? 2 : 3, has_two ? 2 : 3, type);
+    const auto n = parse_number_list(name, t, ',', has_two ? 2 : 3, has_two ? 2 : 3, type);
     if constexpr (has_two)
       value = V2d(n[0], n[1]);
     else
@@ -290,12 +291,12 @@ Option Options::output(std::string& path, const std::string& help, std::vector<s
   return option;
 }
 
-void Options::check(std::function<void()> check) { checks_.push_back(std::move(check)); }
+void Options::add_check(std::function<void()> check) { checks_.push_back(std::move(check)); }
 
-bool Options::given(const char* name) const { return app_.count(name) > 0; }
-bool Options::declared(const char* name) const { return app_.get_option_no_throw(name) != nullptr; }
-std::vector<std::string> Options::texts(const char* name) const {
-  return declared(name) ? app_.get_option(name)->results() : std::vector<std::string>();
+bool Options::is_given(const char* name) const { return app_.count(name) > 0; }
+bool Options::is_declared(const char* name) const { return app_.get_option_no_throw(name) != nullptr; }
+std::vector<std::string> Options::given_texts(const char* name) const {
+  return is_declared(name) ? app_.get_option(name)->results() : std::vector<std::string>();
 }
 
 Result<void> parse_words(const std::function<void(Options&)>& declare, std::vector<std::string> words,
@@ -323,7 +324,7 @@ void Options::refuse_all_but(std::initializer_list<const char*> names, const cha
 
 void Options::refuse_if(bool here, const char* why, std::initializer_list<const char*> names) const {
   for (const char* name : names) {
-    if (here && given(name)) refuse(name, why);
+    if (here && is_given(name)) refuse(name, why);
   }
 }
 

@@ -30,7 +30,7 @@ struct FileOption {
   enum class Use { read, rewritten, written };
   const CLI::Option* option;
   Use use;
-  bool named;  ///< the values are NAME=FILE or FILE
+  bool has_names;  ///< the values are NAME=FILE or FILE
 };
 
 /// A declared option. Each function adds a constraint and returns the option.
@@ -40,23 +40,23 @@ class Option {
 
   const Option& required(bool is_required = true) const;
   /// A number in [min, max], neither NaN nor infinite.
-  const Option& in(double min, double max) const;
+  const Option& in_range(double min, double max) const;
   /// A file's name with one of these endings.
   const Option& ends_in(std::vector<std::string> endings) const;
   /// Names files that the verb reads: none of them may be one that it writes, wherever links lead.
-  const Option& reads(bool named = false) const { return names_files(FileOption::Use::read, named); }
+  const Option& reads(bool has_names = false) const { return names_files(FileOption::Use::read, has_names); }
   const Option& rewrites() const { return names_files(FileOption::Use::rewritten); }
   /// Names a file that the verb writes; Program checks that it can. Two outputs may not be one file, and
   /// neither "" nor, unless the type ends in "|-", "-" is an output.
   const Option& writes() const { return names_files(FileOption::Use::written); }
   const Option& excludes(const Option& other) const;
   /// Lists the option in --help-all and in the man page alone.
-  const Option& further() const;
+  const Option& advanced() const;
   /// Limits the number of words of a positional list.
-  const Option& count(int min, int max) const;
+  const Option& word_count(int min, int max) const;
 
  private:
-  const Option& names_files(FileOption::Use use, bool named = false) const;
+  const Option& names_files(FileOption::Use use, bool has_names = false) const;
 
   CLI::Option* option_;
   std::vector<FileOption>* files_;
@@ -122,13 +122,13 @@ class Options {
   Option output(std::string& path, const std::string& help, std::vector<std::string> endings = {});
 
   /// Adds a check that runs after parsing, in the order of declaration; it may refuse() and change values.
-  void check(std::function<void()> check);
+  void add_check(std::function<void()> check);
   /// Whether an option is on the command line.
   /// Precondition: the option is declared.
-  bool given(const char* name) const;
-  bool declared(const char* name) const;
+  bool is_given(const char* name) const;
+  bool is_declared(const char* name) const;
   /// The texts of an option on the command line; none where it is not there or not declared.
-  std::vector<std::string> texts(const char* name) const;
+  std::vector<std::string> given_texts(const char* name) const;
   /// Refuses every given option but these, with the reason `why`.
   void refuse_all_but(std::initializer_list<const char*> names, const char* why) const;
   /// If `here`, refuses the first of these options that is given, with the reason `why`.
@@ -157,19 +157,19 @@ Result<void> parse_words(const std::function<void(Options&)>& declare, std::vect
                          const std::string& file, const std::string& place);
 
 /// Parses `min` to `max` numbers separated by `separator`; refuse()s texts of another form than `example`.
-std::vector<double> numbers_from(const std::string& option, const std::string& text, char separator,
-                                 std::size_t min, std::size_t max, const char* example);
+std::vector<double> parse_number_list(const std::string& option, const std::string& text, char separator,
+                                      std::size_t min, std::size_t max, const char* example);
 /// The same for integers in the range of int.
-std::vector<int> whole_numbers_from(const std::string& option, const std::string& text, char separator,
+std::vector<int> parse_integer_list(const std::string& option, const std::string& text, char separator,
                                     std::size_t min, std::size_t max, const char* example);
 
 /// The same text for all paths that lead to one file, whether it exists or not.
-std::string identity_of(const std::string& path);
+std::string file_identity(const std::string& path);
 
 /// Checks that each of these files can be created; empty paths are ignored. FILE_UNWRITABLE.
 Result<void> check_writable(const std::vector<std::string>& paths);
 
-/// Heading of the options that .further() marks.
-inline constexpr const char* further_options = "Further options";
+/// Heading of the options that .advanced() marks.
+inline constexpr const char* advanced_heading = "Further options";
 
 }  // namespace selvedge

@@ -46,7 +46,7 @@ std::string first_file(const CLI::App& verb) {
 /// Reports the error of a verb; the exit status.
 int refuse_run(const CommonOptions& common, const std::string& verb, const Error& error) {
   if (common.json)
-    fmt::print("{}", report_text(framed(verb.c_str(), {{"error", to_json(error)}})));
+    fmt::print("{}", report_text(with_report_header(verb.c_str(), {{"error", to_json(error)}})));
   else
     report_error(error);
   return 1;
@@ -110,7 +110,7 @@ struct HelpText : CLI::Formatter {
   bool all = false;
   std::string make_group(std::string group, bool is_positional,
                          std::vector<const CLI::Option*> options) const override {
-    if (group == further_options && !all) return "";
+    if (group == advanced_heading && !all) return "";
     return CLI::Formatter::make_group(std::move(group), is_positional, std::move(options));
   }
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
@@ -179,13 +179,14 @@ int Program::parse_and_run(int argc, const char* const* argv) {
     const std::string fault = usage_fault(error.what());
     if (wants_json(argc, argv)) {
       const auto verbs = app_->get_subcommands();
-      fmt::print(
-          "{}",
-          report_text(framed(
-              verbs.empty() ? "" : verbs.front()->get_name().c_str(),
-              {{"error", {{"code", "USAGE"}, {"file", ""}, {"place", ""}, {"message", as_utf8(fault)}}}})));
+      fmt::print("{}", report_text(with_report_header(verbs.empty() ? "" : verbs.front()->get_name().c_str(),
+                                                      {{"error",
+                                                        {{"code", "USAGE"},
+                                                         {"file", ""},
+                                                         {"place", ""},
+                                                         {"message", escape_invalid_utf8(fault)}}}})));
     } else {
-      std::fputs(fmt::format("{}: {}\n", app_->get_name(), printable(fault)).c_str(), stderr);
+      std::fputs(fmt::format("{}: {}\n", app_->get_name(), escape_unprintable(fault)).c_str(), stderr);
     }
     return 2;
   }
@@ -196,8 +197,8 @@ int Program::parse_and_run(int argc, const char* const* argv) {
 }
 
 Result<int> Program::status_of(const Verb& verb) {
-  set_threads(verb.options->common().threads);
-  return guarded(first_file(verb.options->app()), [&]() -> Result<int> {
+  set_thread_limit(verb.options->common().threads);
+  return catch_exceptions(first_file(verb.options->app()), [&]() -> Result<int> {
     try {
       // An output that cannot be written is refused before the work.
       value_or_throw(verb.options->check_outputs());

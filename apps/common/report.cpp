@@ -52,9 +52,9 @@ std::string value_text(const Json& value, const std::string& format) {
 Json to_json(const Error& issue) {
   return {{"code", name_of(issue.code)},
           {"severity", name_of(severity_of(issue.code))},
-          {"file", as_utf8(issue.file)},
-          {"place", as_utf8(issue.place)},
-          {"message", as_utf8(issue.message)}};
+          {"file", escape_invalid_utf8(issue.file)},
+          {"place", escape_invalid_utf8(issue.place)},
+          {"message", escape_invalid_utf8(issue.message)}};
 }
 
 void report_error(const Error& error) { print_line(to_line(error)); }
@@ -70,7 +70,7 @@ void report_remarks(const CommonOptions& common, const std::string& file,
   if (common.json || common.quiet || report_target != nullptr) return;
   std::map<std::string, int> count;
   const auto print = [&](const std::string& remark) {
-    print_line(fmt::format("{}: {}", printable(file), printable(remark)));
+    print_line(fmt::format("{}: {}", escape_unprintable(file), escape_unprintable(remark)));
   };
   for (const std::string& remark : remarks) {
     if (++count[kind_of(remark)] <= shown) print(remark);
@@ -82,7 +82,7 @@ void report_remarks(const CommonOptions& common, const std::string& file,
   }
 }
 
-std::string filled(const std::string& pattern, const Json& json) {
+std::string fill_pattern(const std::string& pattern, const Json& json) {
   std::string text;
   std::size_t at = 0;
   for (std::size_t open; (open = pattern.find('{', at)) != std::string::npos;) {
@@ -99,7 +99,7 @@ std::string filled(const std::string& pattern, const Json& json) {
 
 std::string lines_text(const Json& rows, const std::string& pattern) {
   std::string text;
-  for (const Json& row : rows) text += filled(pattern, row) + "\n";
+  for (const Json& row : rows) text += fill_pattern(pattern, row) + "\n";
   return text;
 }
 
@@ -107,7 +107,7 @@ std::string table_text(const Json& rows, std::initializer_list<Column> columns) 
   std::vector<std::string> lines(rows.size() + 1);
   for (const Column& column : columns) {
     std::vector<std::string> cells{column.heading};
-    for (const Json& row : rows) cells.push_back(filled(column.pattern, row));
+    for (const Json& row : rows) cells.push_back(fill_pattern(column.pattern, row));
     std::size_t width = 0;
     for (const std::string& cell : cells) width = std::max(width, cell.size());
     for (std::size_t i = 0; i < lines.size(); ++i) lines[i] += fmt::format("{:>{}}", cells[i], width + 2);
@@ -117,7 +117,7 @@ std::string table_text(const Json& rows, std::initializer_list<Column> columns) 
   return text;
 }
 
-Json framed(const char* verb, const Json& json) {
+Json with_report_header(const char* verb, const Json& json) {
   Json whole = {{"program", program_name}, {"version", SELVEDGE_VERSION}, {"report", 1}, {"verb", verb}};
   whole.update(json);
   return whole;
@@ -129,14 +129,14 @@ std::string report_text(const Json& json) {
 
 void report(const CommonOptions& common, const char* verb, const Json& json, const std::string& text) {
   if (report_target != nullptr)
-    *report_target = framed(verb, json);
+    *report_target = with_report_header(verb, json);
   else if (common.json)
-    fmt::print("{}", report_text(framed(verb, json)));
+    fmt::print("{}", report_text(with_report_header(verb, json)));
   else if (!common.quiet)
-    fmt::print("{}", printable(text));
+    fmt::print("{}", escape_unprintable(text));
 }
 
-std::uint64_t size_of_file(const std::string& path) {
+std::uint64_t file_size_or_zero(const std::string& path) {
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
   return error ? 0 : size;

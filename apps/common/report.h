@@ -69,24 +69,24 @@ void report(const CommonOptions& common, const char* verb, const Json& json, con
 /// `pattern` with each {member}, or {member:.2f}, replaced by that member of the report; a slash leads to
 /// members of members. Pairs of numbers stand as 8x8, other lists with commas, truths as on and off; null,
 /// absent members and empty lists as "-". {} is the report itself.
-std::string filled(const std::string& pattern, const Json& json);
+std::string fill_pattern(const std::string& pattern, const Json& json);
 
-/// A line of filled() for each row.
+/// A line of fill_pattern() for each row.
 std::string lines_text(const Json& rows, const std::string& pattern);
 
 struct Column {
   const char* heading;
-  const char* pattern;  ///< as of filled()
+  const char* pattern;  ///< as of fill_pattern()
 };
 /// The rows of a report as lines of columns below their headings; numbers are at the right.
 std::string table_text(const Json& rows, std::initializer_list<Column> columns);
 
 /// The framed report.
-Json framed(const char* verb, const Json& json);
+Json with_report_header(const char* verb, const Json& json);
 /// JSON as the text that --json prints.
 std::string report_text(const Json& json);
 
 /// Size of a file in bytes; 0 if absent.
-std::uint64_t size_of_file(const std::string& path);
+std::uint64_t file_size_or_zero(const std::string& path);
 
 }  // namespace selvedge

@@ -13,7 +13,7 @@ void add_light_list(Options& options, const char* name, const std::string& help,
                     std::function<bool(const V3d&, float)> add) {
   options.list(name, "X,Y,Z[,I]", help, [name, add = std::move(add)](const std::vector<std::string>& texts) {
     for (const std::string& text : texts) {
-      const auto n = numbers_from(name, text, ',', 3, 4, "0,0.6,0.8 or 0,0.6,0.8,2");
+      const auto n = parse_number_list(name, text, ',', 3, 4, "0,0.6,0.8 or 0,0.6,0.8,2");
       const double intensity = n.size() > 3 ? n[3] : 1;
       if (!(intensity >= 0 && intensity <= max_intensity) ||
           !add(V3d(n[0], n[1], n[2]), static_cast<float>(intensity)))
@@ -33,7 +33,7 @@ void add_camera(Options& options, CameraOptions& camera) {
   options.vector("--look-at", camera.look_at, "X,Y,Z",
                  "Point at the picture's centre, metres (default: the scene's centre)");
   options.number("--zoom", camera.zoom, "FACTOR", "Narrow the frame by this factor");
-  options.vector("--focus", camera.focus, "X,Y",
+  options.vector("--focus", camera.zoom_centre, "X,Y",
                  "Around this point of the frame; 0,0 is its top left, 1,1 its bottom right");
 }
 
@@ -43,14 +43,14 @@ void add_scene_choice(Options& options, SceneChoice& choice) {
 }
 
 void add_limits(Options& options, SceneLimits& limits) {
-  options.set_flag("--allow-outside", limits.document.other_files, OtherFiles::anywhere,
+  options.set_flag("--allow-outside", limits.document.external_files, ExternalFiles::anywhere,
                    "Open files outside of a garment's folder, too, if it names them");
   options.bytes("--max-memory", limits.document.memory,
                 "Refuse a file that declares more than fits into this memory (K, M, G: KiB, MiB, GiB) "
                 "[4G]");
 }
 
-std::optional<V3d> direction_of(const V3d& v) {
+std::optional<V3d> unit_vector(const V3d& v) {
   const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   if (!(largest > 0)) return std::nullopt;
   // By a power of two, which rounds nothing: squares of large numbers are infinite.
@@ -60,7 +60,7 @@ std::optional<V3d> direction_of(const V3d& v) {
 
 void add_lights(Options& options, std::vector<Light>& lights, const std::string& help) {
   add_light_list(options, "--light", help, [&lights](const V3d& direction, float irradiance) {
-    const std::optional<V3d> unit = direction_of(direction);
+    const std::optional<V3d> unit = unit_vector(direction);
     if (!unit) return false;
     Light light;
     light.direction = *unit;

@@ -24,7 +24,7 @@ void add_limits(Options& options, SceneLimits& limits);
 
 /// The unit vector along `v`, however large or small its numbers are; nothing if all are 0.
 /// Precondition: they are finite.
-std::optional<V3d> direction_of(const V3d& v);
+std::optional<V3d> unit_vector(const V3d& v);
 
 /// --light: directions with intensities, added to `lights`.
 void add_lights(Options& options, std::vector<Light>& lights, const std::string& help);

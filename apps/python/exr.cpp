@@ -24,7 +24,7 @@ py::array plane_of(const std::vector<float>& values, bool half, py::ssize_t heig
 
 /// {part: (attributes, {channel: array})}, in the file's order.
 py::dict read_exr(const std::string& path) {
-  auto reader = taken(ExrReader::open(path));
+  auto reader = value_or_raise(ExrReader::open(path));
   py::dict parts;
   for (std::size_t k = 0; k < reader.parts().size(); ++k) {
     const ExrPart& part = reader.parts()[k];
@@ -33,11 +33,11 @@ py::dict read_exr(const std::string& path) {
       const py::gil_scoped_release unlock;
       pixels = reader.read_level(static_cast<int>(k));
     }
-    const ExrPixels read = taken(std::move(pixels));
+    const ExrPixels read = value_or_raise(std::move(pixels));
     py::dict channels;
     for (std::size_t c = 0; c < part.channels.size(); ++c)
       channels[part.channels[c].name.c_str()] =
-          plane_of(read.planes[c], part.channels[c].half, read.height, read.width);
+          plane_of(read.planes[c], part.channels[c].is_half, read.height, read.width);
     py::dict attributes;
     for (const auto& [name, text] : part.attributes) attributes[name.c_str()] = text;
     parts[part.name.c_str()] = py::make_tuple(attributes, channels);
@@ -75,18 +75,18 @@ void write_parts(const std::string& path, const py::dict& parts) {
   Result<void> written;
   {
     const py::gil_scoped_release unlock;
-    written = result_of([&] {
+    written = catch_failure([&] {
       auto file = value_or_throw(AtomicFile::create(path));
-      auto writer = value_or_throw(ExrWriter::create(file.temporary(), heads));
+      auto writer = value_or_throw(ExrWriter::create(file.temporary_path(), heads));
       for (std::size_t k = 0; k < heads.size(); ++k)
         value_or_throw(writer.write_level(static_cast<int>(k), 0, all[k]));
       value_or_throw(writer.commit());
-      value_or_throw(read_samples(file.temporary()));
+      value_or_throw(read_samples(file.temporary_path()));
       value_or_throw(file.commit());
     });
   }
   if (!written && written.error().file != path) written.error().file = path;
-  taken(std::move(written));
+  value_or_raise(std::move(written));
 }
 
 }  // namespace

@@ -170,7 +170,7 @@ py::dict facts_of(const OpenFabric& fabric) {
 }
 
 py::array_t<float> grid_directions(int columns, int rows) {
-  const std::vector<V3f> all = directions_of(DirectionGrid{columns, rows});
+  const std::vector<V3f> all = cell_directions(DirectionGrid{columns, rows});
   py::array_t<float> array({static_cast<py::ssize_t>(all.size()), py::ssize_t{3}});
   std::copy_n(&all.data()->x, 3 * all.size(), array.mutable_data());
   return array;

@@ -31,7 +31,7 @@ std::string call(const std::vector<std::string>& words, const py::object& progre
     const py::gil_scoped_release unlock;
     const auto before = std::exchange(
         progress_sink, progress.is_none() ? nullptr : std::make_shared<const ProgressSink>(std::cref(sink)));
-    report = guarded("", [&]() -> Result<Json> {
+    report = catch_exceptions("", [&]() -> Result<Json> {
       Program program("selvedge", "", "");
       add_verbs(program);
       return program.call(words);
@@ -39,7 +39,7 @@ std::string call(const std::vector<std::string>& words, const py::object& progre
     progress_sink = before;
   }
   if (stopped) throw py::error_already_set(*stopped);
-  return report_text(taken(std::move(report)));
+  return report_text(value_or_raise(std::move(report)));
 }
 
 }  // namespace

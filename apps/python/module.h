@@ -16,7 +16,7 @@ namespace py = pybind11;
 
 /// The value, or raise().
 template <class T>
-T taken(Result<T> result) {
+T value_or_raise(Result<T> result) {
   if (!result) raise(result.error());
   if constexpr (!std::is_void_v<T>) return std::move(*result);
 }

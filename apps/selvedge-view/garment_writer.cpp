@@ -32,8 +32,8 @@ DressOptions options_for(int material, const SceneMaterial& worn, const SceneLim
   options.repeats = transform.scale;
   options.offset = transform.offset;
   // Right angles are exact in degrees.
-  options.rotation = std::round(transform.rotation * 180 / std::numbers::pi * 1e9) / 1e9;
-  options.keep.tint = worn.kept.tint;
+  options.rotation_degrees = std::round(transform.rotation * 180 / std::numbers::pi * 1e9) / 1e9;
+  options.color_options.tint = worn.garment_textures.tint;
   options.embed = true;
   return options;
 }
@@ -69,7 +69,7 @@ GarmentWriter make_garment_writer(const SceneLimits& limits) {
   return GarmentWriter{
       [bench, limits](const std::string& garment, const std::string& fabric) {
         std::string path = bench->next(".glb");
-        value_or_throw(dress(garment, fabric, path, {.all = true, .embed = true, .limits = limits}));
+        value_or_throw(dress(garment, fabric, path, {.all_cloth = true, .embed = true, .limits = limits}));
         return path;
       },
       [bench, limits](const std::string& garment, const Scene& worn, const std::string& output) {

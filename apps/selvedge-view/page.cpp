@@ -33,17 +33,18 @@ void declare(Options& options, PageCommand& command) {
       .list("input", command.inputs, "FILE",
             "Garments (.gltf, .glb), side by side; fabrics (.exr), to be swapped on them, or flat")
       .required()
-      .count(1, 64)
+      .word_count(1, 64)
       .reads();
   options.output(command.output, "The page", {".html"}).required();
   add_limits(options, command.limits);
-  add_environment(options, command.environment, command.around, "With none a finger moves two lamps");
-  options.flag("--backdrop", command.backdrop, "Shows it behind the garments");
-  options.number("--backdrop-blur", command.blur, "FRACTION", "Blurred, up to 1").in(0, 1);
+  add_environment(options, command.environment, command.environment_options,
+                  "With none a finger moves two lamps");
+  options.flag("--backdrop", command.has_backdrop, "Shows it behind the garments");
+  options.number("--backdrop-blur", command.backdrop_blur, "FRACTION", "Blurred, up to 1").in_range(0, 1);
   add_fps(options, command.fps);
-  options.check([&options, &command] {
+  options.add_check([&options, &command] {
     options.refuse_if(command.environment == "none", "has no effect with --environment none", {"--backdrop"});
-    options.refuse_if(!command.backdrop, "has no effect without --backdrop", {"--backdrop-blur"});
+    options.refuse_if(!command.has_backdrop, "has no effect without --backdrop", {"--backdrop-blur"});
   });
 }
 
@@ -93,7 +94,7 @@ void embed_fabrics(GltfDocument& document) {
 /// Takes meshes and lights from nodes that KHR_node_visibility hides, which three.js does not know.
 void drop_hidden(GltfDocument& document) {
   std::vector<std::size_t> open;
-  std::vector<bool> hidden(array_of(document.json, "nodes").size());
+  std::vector<bool> hidden(array_member(document.json, "nodes").size());
   for (std::size_t i = 0; i < hidden.size(); ++i)
     if (!is_visible(document.json["nodes"][i])) open.push_back(i);
   while (!open.empty()) {
@@ -104,7 +105,7 @@ void drop_hidden(GltfDocument& document) {
     Json& node = document.json["nodes"][index];
     node.erase("mesh");
     if (node.contains("extensions")) erase_extension(node, names::gltf::lights_punctual);
-    for (const Json& child : array_of(node, "children"))
+    for (const Json& child : array_member(node, "children"))
       open.push_back(static_cast<std::size_t>(index_of(child)));
   }
 }
@@ -125,14 +126,15 @@ constexpr int environment_width = 64;
 std::string environment_element(const PageCommand& command) {
   if (command.environment == "none") return "";
   Environment small =
-      reduced(value_or_throw(environment_named(command.environment, {}, command.limits.document.memory)),
-              environment_width);
+      downsample(value_or_throw(load_environment(command.environment, {}, command.limits.document.memory)),
+                 environment_width);
   report_remarks(command.common, command.environment, small.remarks);
-  for (V3f& c : small.radiance) c *= static_cast<float>(command.around.strength);
+  for (V3f& c : small.radiance) c *= static_cast<float>(command.environment_options.strength);
   const std::span<const V3f> pixels = small.radiance;
-  const std::string backdrop = command.backdrop ? fmt::format(" data-backdrop=\"{}\"", command.blur) : "";
+  const std::string backdrop =
+      command.has_backdrop ? fmt::format(" data-backdrop=\"{}\"", command.backdrop_blur) : "";
   return fmt::format("<script type=\"text/plain\" data-environment=\"{}\" data-turn=\"{}\"{}>{}</script>\n",
-                     small.width, command.around.turn, backdrop,
+                     small.width, command.environment_options.turn_degrees, backdrop,
                      packed({reinterpret_cast<const std::uint8_t*>(pixels.data()), pixels.size_bytes()}));
 }
 
@@ -140,16 +142,16 @@ std::string environment_element(const PageCommand& command) {
 /// front.
 std::string frame_attributes(const Scene& scene, const CommonOptions& common) {
   const Framing framing = value_or_throw(frame_scene(scene));
-  report_remarks(common, "note", framing.strays);
+  report_remarks(common, "note", framing.stray_remarks);
   std::string text;
-  if (!framing.left_out.empty()) {
+  if (!framing.excluded_corners.empty()) {
     Imath::Box3d box;
     for (const V3d& point : framing.points) box.extendBy(point);
     text += fmt::format(" data-box=\"{},{},{},{},{},{}\"", box.min.x, box.min.y, box.min.z, box.max.x,
                         box.max.y, box.max.z);
   }
-  if (framing.turned.empty()) return text;
-  report_remarks(common, "note", std::vector{framing.turned});
+  if (framing.turn_remark.empty()) return text;
+  report_remarks(common, "note", std::vector{framing.turn_remark});
   const double azimuth = framing.azimuth * radians_per_degree;
   const double elevation = framing.elevation * radians_per_degree;
   return text + fmt::format(" data-side=\"{},{},{}\"", std::sin(azimuth) * std::cos(elevation),
@@ -159,9 +161,9 @@ std::string frame_attributes(const Scene& scene, const CommonOptions& common) {
 /// The attributes of a garment's element with the floor under it, whose shade has bytes.
 std::string floor_attributes(const Scene& scene) {
   const Floor floor = floor_under(merge(value_or_throw(build_surfaces(scene, V3d(0, 0, 0)))));
-  if (floor.hidden.empty()) return "";
+  if (floor.hidden_fraction.empty()) return "";
   std::vector<std::uint8_t> shade;
-  for (const float hidden : floor.hidden)
+  for (const float hidden : floor.hidden_fraction)
     shade.push_back(static_cast<std::uint8_t>(std::lround(255 * hidden)));
   return fmt::format(" data-floor=\"{},{},{},{}\" data-shade=\"{}\"", floor.centre.x, floor.height,
                      floor.centre.y, floor.width, packed(shade));
@@ -190,7 +192,7 @@ Result<int> write_page(const char* verb, const PageCommand& command, const std::
     const std::string bytes =
         is_fabric ? value_or_throw(read_file(input)) : whole_garment(input, command.limits.document);
     garments += is_fabric ? 0 : 1;
-    const bool stands = !is_fabric && command.environment != "none" && !command.backdrop;
+    const bool stands = !is_fabric && command.environment != "none" && !command.has_backdrop;
     std::string attributes;
     if (!is_fabric) {
       const Scene scene = value_or_throw(load_scene(input, {}, command.limits)).scene;

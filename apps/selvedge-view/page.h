@@ -15,9 +15,9 @@ struct PageCommand {
   std::string output;
   SceneLimits limits;
   std::string environment = "studio";
-  EnvironmentOptions around;
-  bool backdrop = false;
-  double blur = 0;
+  EnvironmentOptions environment_options;
+  bool has_backdrop = false;
+  double backdrop_blur = 0;
   double fps = 30;
 };
 

@@ -96,7 +96,7 @@ V2i Panel::picture_size(const V2i& window) const {
   return {static_cast<int>(std::lround(static_cast<float>(window.x) * fraction)), window.y};
 }
 
-bool Panel::holds() const {
+bool Panel::is_mouse_pressed() const {
   const ImGuiIO& io = ImGui::GetIO();
   return !io.WantCaptureMouse && (io.MouseDown[0] || io.MouseDown[1] || io.MouseDown[2]);
 }
@@ -137,51 +137,52 @@ void Panel::handle_keys(const PanelInfo& info, ShowState& state, PanelRequest& r
   if (pressed('R')) request.resets_camera = true;
   if (pressed('P')) state.probes = !state.probes;
   const auto fabrics = static_cast<int>(info.picture.fabric_names.size());
-  if (pressed('F')) raise(request.change, next_fabrics(fabrics, state), Change::scene);
-  if (pressed('C')) raise(request.change, show_core(state), Change::scene);
-  if (pressed('B')) raise(request.change, true, switch_beside(state));
+  if (pressed('F')) raise_change(request.change, wear_next_fabric(fabrics, state), Change::scene);
+  if (pressed('C')) raise_change(request.change, toggle_core_materials(state), Change::scene);
+  if (pressed('B')) raise_change(request.change, true, toggle_comparison(state));
   request.saves_picture = pressed('S');
   request.saves_garment = pressed('D');
 }
 
 void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& request) {
   label("path");
-  raise(request.change, choose("##path", path_names, state.path), Change::scene);
-  const std::string shown = state.levels.forced < 0 ? "by footprint" : fmt::format("{}", state.levels.forced);
-  slider(request.change, "level", state.levels.forced, -1, info.picture.levels - 1, shown.c_str());
+  raise_change(request.change, choose("##path", path_names, state.path), Change::scene);
+  const std::string shown =
+      state.levels.forced_level < 0 ? "by footprint" : fmt::format("{}", state.levels.forced_level);
+  slider(request.change, "level", state.levels.forced_level, -1, info.picture.levels - 1, shown.c_str());
   slider(request.change, "layers", state.layers, 1, max_layers);
   if (ImGui::Button("first view (R)")) request.resets_camera = true;
   ImGui::SameLine();
   if (ImGui::Button("save (S)")) request.saves_picture = true;
   ImGui::SameLine();
-  if (ImGui::Button("copy command")) request.copies = true;
+  if (ImGui::Button("copy command")) request.copies_command = true;
 }
 
 void Panel::edit_light(ShowState& state, PanelRequest& request) {
-  const float usual = usual_exposure(state);
+  const float usual = default_exposure(state);
   float stops = std::log2(state.display.exposure / usual);
   label("exposure");
   if (ImGui::SliderFloat("##exposure", &stops, -8, 8, "%+.2f stops")) {
     state.display.exposure = usual * std::exp2(stops);
-    raise(request.change, true, Change::display);
+    raise_change(request.change, true, Change::display);
   }
-  auto tone = static_cast<int>(state.display.tone);
+  auto tone_curve = static_cast<int>(state.display.tone_curve);
   label("tone curve");
-  raise(request.change, choose("##tone", tone_curve_names, tone), Change::display);
-  state.display.tone = static_cast<ToneCurve>(tone);
+  raise_change(request.change, choose("##tone", tone_curve_names, tone_curve), Change::display);
+  state.display.tone_curve = static_cast<ToneCurve>(tone_curve);
   label("background");
   V3f background = each(state.display.background.value_or(V3f(0, 0, 0)), linear_to_srgb);
   if (ImGui::ColorEdit3("##background", &background.x,
                         ImGuiColorEditFlags_Float | ImGuiColorEditFlags_NoInputs)) {
     state.display.background = each(background, srgb_to_linear);
-    raise(request.change, true, Change::display);
+    raise_change(request.change, true, Change::display);
   }
   for (std::size_t i = 0; i < state.lights.size(); ++i) {
     Light& light = state.lights[i];
     ImGui::PushID(static_cast<int>(i));
     ImGui::AlignTextToFramePadding();
-    if (ImGui::RadioButton(fmt::format("light {}", i + 1).c_str(), state.held_light == i))
-      state.held_light = i;
+    if (ImGui::RadioButton(fmt::format("light {}", i + 1).c_str(), state.dragged_light == i))
+      state.dragged_light = i;
     if (ImGui::IsItemHovered())
       ImGui::SetTooltip("%s", light.kind == LightKind::directional
                                   ? "the light that drags turn"
@@ -192,7 +193,7 @@ void Panel::edit_light(ShowState& state, PanelRequest& request) {
     const V3f colour = strength > 0 ? light.irradiance / strength : V3f(1, 1, 1);
     if (ImGui::SliderFloat("##strength", &strength, 0, 10, "%.2f", ImGuiSliderFlags_Logarithmic)) {
       light.irradiance = colour * std::max(strength, 0.0F);
-      raise(request.change, true, Change::frame);
+      raise_change(request.change, true, Change::frame);
     }
     ImGui::PopID();
   }
@@ -201,18 +202,19 @@ void Panel::edit_light(ShowState& state, PanelRequest& request) {
     names.push_back(environment->name.substr(environment->name.find_last_of('/') + 1));
   label("environment");
   if (choose("##environment", names, state.environment, "none")) {
-    state.display.exposure *= usual_exposure(state) / usual;
-    raise(request.change, true, Change::frame);
+    state.display.exposure *= default_exposure(state) / usual;
+    raise_change(request.change, true, Change::frame);
   }
   if (state.environment >= 0) {
-    slider(request.change, "turned", state.turn, -180, 180, "%.0f degrees");
-    slider(request.change, "strength", state.strength, 0, 10, "%.2f", ImGuiSliderFlags_Logarithmic);
-    box(request.change, "backdrop", state.backdrop);
-    slider(request.change, "blurred", state.backdrop_blur, 0, 1, "%.2f");
+    slider(request.change, "turned", state.environment_turn, -180, 180, "%.0f degrees");
+    slider(request.change, "strength", state.environment_strength, 0, 10, "%.2f",
+           ImGuiSliderFlags_Logarithmic);
+    check_box(request.change, "backdrop", state.has_backdrop);
+    slider(request.change, "blurred", state.backdrop_roughness, 0, 1, "%.2f");
   }
   slider(request.change, "all around", state.ambient, 0, 1, "%.2f");
-  bool casts = state.shadows > 0;
-  if (box(request.change, "shadows", casts)) state.shadows = casts ? default_shadow_size : 0;
+  bool casts = state.shadow_map_size > 0;
+  if (check_box(request.change, "shadows", casts)) state.shadow_map_size = casts ? default_shadow_size : 0;
   label("");
   bool follows = state.lights_in_camera_frame;
   if (ImGui::Checkbox("lights follow the camera", &follows)) switch_light_frame(state);
@@ -227,7 +229,7 @@ void Panel::edit_offers(const PanelInfo& info, PanelRequest& request) {
     const ShownOffer& offer = *info.offers[i];
     const auto texture = reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(offer.picture.name()));
     ImGui::PushID(static_cast<int>(i));
-    if (ImGui::ImageButton(texture, ImVec2(scaled(side), scaled(side)))) request.wears = offer.path;
+    if (ImGui::ImageButton(texture, ImVec2(scaled(side), scaled(side)))) request.wear_path = offer.path;
     ImGui::PopID();
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", offer.path.c_str());
     const float next = ImGui::GetItemRectMax().x + style.ItemSpacing.x + ImGui::GetItemRectSize().x;
@@ -237,11 +239,11 @@ void Panel::edit_offers(const PanelInfo& info, PanelRequest& request) {
 
 /// The bar between what is worn and what was, over the picture.
 void Panel::edit_bar(const PanelInfo& info, ShowState& state, PanelRequest& request) const {
-  if (!state.beside) return;
+  if (!state.compared_fabrics) return;
   const float grip = scaled(8);
   const float height = ImGui::GetIO().DisplaySize.y;
   const float all = ImGui::GetIO().DisplaySize.x - width();
-  float x = state.bar * all;
+  float x = state.divider * all;
   ImGui::SetNextWindowPos(ImVec2(x - grip, 0));
   ImGui::SetNextWindowSize(ImVec2(2 * grip, height));
   ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));
@@ -254,8 +256,8 @@ void Panel::edit_bar(const PanelInfo& info, ShowState& state, PanelRequest& requ
   if (held || ImGui::IsItemHovered()) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
   if (held && ImGui::GetIO().MouseDelta.x != 0) {
     x = std::clamp(ImGui::GetIO().MousePos.x, 0.0F, std::max(all, 1.0F));
-    state.bar = x / std::max(all, 1.0F);
-    raise(request.change, true, Change::display);
+    state.divider = x / std::max(all, 1.0F);
+    raise_change(request.change, true, Change::display);
   }
   ImGui::End();
   ImGui::PopStyleVar(2);
@@ -271,42 +273,43 @@ void Panel::edit_bar(const PanelInfo& info, ShowState& state, PanelRequest& requ
                        IM_COL32(0, 0, 0, 140), 3);
     draw.AddText(at, white, name.c_str());
   };
-  tell(*state.beside, true);
-  tell(state.worn, false);
+  tell(*state.compared_fabrics, true);
+  tell(state.worn_fabrics, false);
 }
 
 void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& request) {
   const std::vector<std::string>& materials = info.picture.materials;
   // For a moment the picture may be of another scene than the state.
-  for (std::size_t i = 0; i < std::min(materials.size(), state.worn.fabrics.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(materials.size(), state.worn_fabrics.fabrics.size()); ++i) {
     if (materials[i].empty()) continue;
     ImGui::PushID(static_cast<int>(i));
     label(materials[i].c_str());
-    raise(request.change,
-          choose("##fabric", info.picture.fabric_names, state.worn.fabrics[i], "(core material)"),
-          Change::scene);
-    FabricFit& fit = state.worn.fits[i];
+    raise_change(
+        request.change,
+        choose("##fabric", info.picture.fabric_names, state.worn_fabrics.fabrics[i], "(core material)"),
+        Change::scene);
+    FabricFit& fit = state.worn_fabrics.fits[i];
     label("size, turn");
-    auto size = static_cast<float>(fit.size);
+    auto size = static_cast<float>(fit.stitch_scale);
     ImGui::SetNextItemWidth(-scaled(80));
-    raise(request.change,
-          ImGui::SliderFloat("##size", &size, 0.1F, 10, "%.2f x", ImGuiSliderFlags_Logarithmic),
-          Change::scene);
-    fit.size = std::max(static_cast<double>(size), 1e-3);
+    raise_change(request.change,
+                 ImGui::SliderFloat("##size", &size, 0.1F, 10, "%.2f x", ImGuiSliderFlags_Logarithmic),
+                 Change::scene);
+    fit.stitch_scale = std::max(static_cast<double>(size), 1e-3);
     ImGui::SameLine();
     ImGui::SetNextItemWidth(-1);
-    raise(request.change, choose("##turn", quarter_turns, fit.quarter_turns), Change::scene);
+    raise_change(request.change, choose("##turn", quarter_turns, fit.quarter_turns), Change::scene);
     label("tint");
     V3f tint = each(fit.tint, linear_to_srgb);
     if (ImGui::ColorEdit3("##tint", &tint.x, ImGuiColorEditFlags_DisplayHex)) {
       fit.tint = each(tint, srgb_to_linear);
-      raise(request.change, true, Change::scene);
+      raise_change(request.change, true, Change::scene);
     }
     ImGui::PopID();
   }
   edit_offers(info, request);
-  if (ImGui::Button(state.beside ? "end comparison (B)" : "compare with this (B)"))
-    raise(request.change, true, switch_beside(state));
+  if (ImGui::Button(state.compared_fabrics ? "end comparison (B)" : "compare with this (B)"))
+    raise_change(request.change, true, toggle_comparison(state));
   ImGui::SameLine();
   if (ImGui::Button("save garment (D)")) request.saves_garment = true;
   label("another");

@@ -34,10 +34,10 @@ struct PanelRequest {
   bool close = false;
   bool resets_camera = false;
   bool saves_picture = false;
-  bool saves_garment = false;  ///< as it is worn
-  bool copies = false;         ///< the command line that draws the picture
-  std::string add_file;        ///< path, or empty
-  std::string wears;           ///< a fabric that is to be worn by everything, or empty
+  bool saves_garment = false;   ///< as it is worn
+  bool copies_command = false;  ///< the command line that draws the picture
+  std::string add_file;         ///< path, or empty
+  std::string wear_path;        ///< a fabric that is to be worn by everything, or empty
 };
 
 /// The size of the picture beside the panel, before the window has one.
@@ -59,7 +59,7 @@ class Panel {
   /// The mouse on the picture, from its top left in [0, 1)^2; nothing if it is elsewhere.
   std::optional<V2d> cursor() const;
   /// Whether a mouse button is down over the picture.
-  bool holds() const;
+  bool is_mouse_pressed() const;
   /// Lays the panel out, if it is shown, and edits `state`.
   PanelRequest edit(const PanelInfo& info, ShowState& state);
   /// Puts text on the clipboard.

@@ -40,9 +40,9 @@ void show_probe(const PanelInfo& info) {
   } else {
     row("fabric", "none");
   }
-  row("view", "{}", columns_of(p.view));
-  for (std::size_t i = 0; i < p.lights.size(); ++i)
-    row(fmt::format("light {}", i + 1).c_str(), "{}", columns_of(p.lights[i]));
+  row("view", "{}", columns_of(p.to_viewer));
+  for (std::size_t i = 0; i < p.to_lights.size(); ++i)
+    row(fmt::format("light {}", i + 1).c_str(), "{}", columns_of(p.to_lights[i]));
   row("radiance", "{}", columns_of(p.radiance));
   row("alpha", "{:.4f}", p.alpha);
 }
@@ -52,12 +52,12 @@ void show_times(const PanelInfo& info) {
   const double frame = info.picture.draw_seconds;
   row("frame", "{:.1f} ms, {} x {}{}", 1e3 * frame, info.picture.width, info.picture.height,
       info.picture.divisor > 1 ? " (first)" : "");
-  if (info.picture.accuracy > 0) row("before samples", "{:.1f} dB", info.picture.accuracy);
-  const std::initializer_list<std::pair<const char*, double>> parts{{"project", s.project},
-                                                                    {"shadows", s.shadows},
-                                                                    {"geometry", s.geometry},
-                                                                    {"read back", s.read_back},
-                                                                    {"evaluation", s.evaluation}};
+  if (info.picture.accuracy_db > 0) row("before samples", "{:.1f} dB", info.picture.accuracy_db);
+  const std::initializer_list<std::pair<const char*, double>> parts{{"project", s.project_seconds},
+                                                                    {"shadows", s.shadow_seconds},
+                                                                    {"geometry", s.geometry_seconds},
+                                                                    {"read back", s.read_back_seconds},
+                                                                    {"evaluation", s.evaluation_seconds}};
   for (const auto& [name, seconds] : parts) {
     if (seconds <= 0) continue;
     ImGui::TextDisabled("%s", name);
@@ -86,9 +86,11 @@ void draw_lights(const PanelInfo& info, const ShowState& state, const ImVec2& ce
     const V3d d = towards / std::max(towards.length(), 1e-12);
     const ImVec2 at(centre.x + radius * static_cast<float>(d.dot(camera.right)),
                     centre.y - radius * static_cast<float>(d.dot(camera.up)));
-    const ImU32 colour = i == state.held_light ? IM_COL32(255, 214, 90, 255) : IM_COL32(230, 230, 230, 200);
+    const ImU32 colour =
+        i == state.dragged_light ? IM_COL32(255, 214, 90, 255) : IM_COL32(230, 230, 230, 200);
     constexpr float size = 4;
-    d.dot(camera.back()) >= 0 ? draw.AddCircleFilled(at, size, colour) : draw.AddCircle(at, size, colour);
+    d.dot(camera.image_normal()) >= 0 ? draw.AddCircleFilled(at, size, colour)
+                                      : draw.AddCircle(at, size, colour);
   }
 }
 

@@ -33,7 +33,7 @@ inline void label(const char* name) {
   ImGui::SetNextItemWidth(-1);
 }
 
-inline void raise(Change& change, bool changed, Change to) {
+inline void raise_change(Change& change, bool changed, Change to) {
   if (changed) change = std::max(change, to);
 }
 
@@ -41,20 +41,21 @@ inline void raise(Change& change, bool changed, Change to) {
 inline void slider(Change& change, const char* name, int& value, int min, int max,
                    const char* format = "%d") {
   label(name);
-  raise(change, ImGui::SliderInt(fmt::format("##{}", name).c_str(), &value, min, max, format), Change::frame);
+  raise_change(change, ImGui::SliderInt(fmt::format("##{}", name).c_str(), &value, min, max, format),
+               Change::frame);
 }
 
 inline void slider(Change& change, const char* name, float& value, float min, float max, const char* format,
                    ImGuiSliderFlags flags = 0) {
   label(name);
-  raise(change, ImGui::SliderFloat(fmt::format("##{}", name).c_str(), &value, min, max, format, flags),
-        Change::frame);
+  raise_change(change, ImGui::SliderFloat(fmt::format("##{}", name).c_str(), &value, min, max, format, flags),
+               Change::frame);
 }
 
-inline bool box(Change& change, const char* name, bool& value) {
+inline bool check_box(Change& change, const char* name, bool& value) {
   label("");
   const bool changed = ImGui::Checkbox(name, &value);
-  raise(change, changed, Change::frame);
+  raise_change(change, changed, Change::frame);
   return changed;
 }
 

@@ -26,17 +26,17 @@ struct PictureOptions {
   DisplayOptions display = default_display();
   // Defaults: environment_display() in an environment, else `display`.
   std::optional<double> exposure;
-  std::optional<ToneCurve> tone;
-  bool has_background = false;        ///< of `display`
-  double ambient = 0;                 ///< radiance from all sides, times pi
-  int shadows = default_shadow_size;  ///< texels per side of maps of scenes; 0: no maps
+  std::optional<ToneCurve> tone_curve;
+  bool has_background = false;                ///< of `display`
+  double ambient = 0;                         ///< radiance from all sides, times pi
+  int shadow_map_size = default_shadow_size;  ///< texels per side of maps of scenes; 0: no maps
   LevelOptions levels;
   int layers = RenderOptions{}.layers;
-  int image_memory = CellImageOptions{}.memory >> 20;  ///< MiB
-  std::string environment;    ///< a picture of radiance, "studio" or "none"; empty: what suits the input
-  EnvironmentOptions around;  ///< of it
-  bool backdrop = false;      ///< it is shown, too
-  float backdrop_blur = 0;    ///< as by a mirror of this roughness
+  int image_memory_mib = CellImageOptions{}.memory >> 20;  ///< MiB
+  std::string environment;  ///< a picture of radiance, "studio" or "none"; empty: what suits the input
+  EnvironmentOptions environment_options;  ///< of it
+  bool has_backdrop = false;               ///< it is shown, too
+  float backdrop_roughness = 0;            ///< as by a mirror of this roughness
 };
 
 /// The input, levels and layers.
@@ -61,10 +61,10 @@ struct Look {
   std::vector<Light> lights;                       ///< of the options or the scene; may be in camera axes
   bool lights_in_camera_frame = false;
   DisplayOptions display;
-  int shadows = 0;
+  int shadow_map_size = 0;
 
   /// Whether anything comes from all around.
-  bool has_around() const { return light.rest != SmoothLight(); }
+  bool has_smooth_light() const { return light.smooth_light != SmoothLight(); }
   /// All lamps, world axes.
   std::vector<Light> all_lights(const Camera& camera) const;
 };

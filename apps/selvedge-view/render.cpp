@@ -67,9 +67,10 @@ Drawn draw(const Shot& shot, PictureGoal goal, const std::vector<AtomicFile>& fi
     RenderStats stats;
     const bool is_first = &camera == shot.cameras.data();
     if (is_first || goal.seconds) {
-      const auto picture = value_or_throw(draw_for(*renderer, goal, options, camera, options, frame, stats));
+      const auto picture =
+          value_or_throw(draw_for_goal(*renderer, goal, options, camera, options, frame, stats));
       if (is_first) drawn.picture = picture;
-      if (!goal.seconds) options.cells.samples = samples_of(picture.supersample);
+      if (!goal.seconds) options.cells.samples = image_samples(picture.supersample);
     } else {
       value_or_throw(renderer->draw(camera, options, frame, stats));
     }
@@ -79,12 +80,12 @@ Drawn draw(const Shot& shot, PictureGoal goal, const std::vector<AtomicFile>& fi
     for (std::size_t i = 0; i < files_per_frame; ++i, ++file) {
       drawn.outputs.push_back(file->path());
       value_or_throw(
-          write(shot.look.display, frame, file->path(), file->temporary()).map_error([&](Error error) {
+          write(shot.look.display, frame, file->path(), file->temporary_path()).map_error([&](Error error) {
             error.file = file->path();
             return error;
           }));
     }
-    watch.add_to(drawn.write_seconds);
+    watch.add_lap(drawn.write_seconds);
   }
   return drawn;
 }
@@ -119,8 +120,8 @@ std::string emptiness(const RenderCommand& command, const Shot& shot, const Draw
   }
   const double fraction = static_cast<double>(stats.cloth_pixels) / static_cast<double>(stats.covered_pixels);
   const PictureOptions& picture = command.picture;
-  const bool is_default = !command.has_side && command.camera_of_file.empty() && picture.camera.zoom == 1 &&
-                          !picture.camera.distance && !picture.camera.look_at;
+  const bool is_default = !command.has_view_angles && command.file_camera.empty() &&
+                          picture.camera.zoom == 1 && !picture.camera.distance && !picture.camera.look_at;
   if (dressed && is_default && fraction < 0.01)
     return fmt::format("cloth shows in {:.2g} % of the pixels that show the scene", 100 * fraction);
   return "";
@@ -132,10 +133,10 @@ Json to_json(const RenderStats& stats) {
   return json;
 }
 
-/// dB of the least accurate yarn beside its stitch (spec/fabric.md); infinite where nothing is known.
+/// dB of the least accurate yarn against its stitch (spec/fabric.md); infinite where nothing is known.
 double yarn_accuracy(const Shot& shot) {
   double least = HUGE_VAL;
-  if (shot.options.path == RenderPath::paper || shot.options.levels.forced >= 0) return least;
+  if (shot.options.path == RenderPath::paper || shot.options.levels.forced_level >= 0) return least;
   for (const Fabric& fabric : shot.fabrics) {
     if (!fabric.levels.front().yarns()) continue;
     const Json accuracy = Json::parse(fabric.accuracy);
@@ -150,7 +151,7 @@ Json known(double decibels) { return std::isfinite(decibels) ? Json(decibels) : 
 
 Json to_json(const RenderCommand& command, const Shot& shot, const Drawn& drawn) {
   const RenderStats& stats = drawn.stats;
-  const double picture = drawn.picture.accuracy > 0 ? drawn.picture.accuracy : HUGE_VAL;
+  const double picture = drawn.picture.accuracy_db > 0 ? drawn.picture.accuracy_db : HUGE_VAL;
   const double yarn = yarn_accuracy(shot);
   const double both = -10 * std::log10(std::pow(10, -picture / 10) + std::pow(10, -yarn / 10));
   return {{"input", command.picture.input},
@@ -159,20 +160,20 @@ Json to_json(const RenderCommand& command, const Shot& shot, const Drawn& drawn)
           {"height", shot.options.height},
           {"frames", shot.cameras.size()},
           {"supersample", drawn.picture.supersample},
-          {"magnified", drawn.picture.magnified},
+          {"magnified", drawn.picture.magnification},
           {"accuracy", known(picture)},
           {"yarnAccuracy", known(yarn)},
           {"bothAccuracies", known(std::isfinite(picture) && std::isfinite(yarn) ? both : HUGE_VAL)},
           {"path", path_names[static_cast<std::size_t>(shot.options.path)]},
           {"threads", thread_count()},
           {"fabrics", shot.fabrics.size()},
-          {"fabricBytes", shot.file_bytes},
-          {"fabricMemory", shot.memory},
+          {"fabricBytes", shot.fabric_file_bytes},
+          {"fabricMemory", shot.fabric_memory},
           {"triangles", stats.triangles},
           {"layers", stats.layers},
           {"coveredPixels", stats.covered_pixels},
           {"evaluatedPixels", stats.evaluated_pixels},
-          {"imageBytes", stats.image_bytes},
+          {"imageBytes", stats.peak_image_bytes},
           {"seconds", to_json(stats)}};
 }
 
@@ -193,9 +194,9 @@ Result<int> run(const RenderCommand& command) {
   Json all = to_json(command, shot, drawn);
   std::vector<std::string> remarks = shot.scene.remarks;
   remarks.insert(remarks.end(), drawn.stats.remarks.begin(), drawn.stats.remarks.end());
-  if (drawn.picture.magnified > 1)
+  if (drawn.picture.magnification > 1)
     remarks.push_back(
-        fmt::format("--seconds allows one ray for {0} x {0} pixels, magnified", drawn.picture.magnified));
+        fmt::format("--seconds allows one ray for {0} x {0} pixels, magnified", drawn.picture.magnification));
   if (std::string empty = emptiness(command, shot, drawn); !empty.empty())
     remarks.push_back(std::move(empty));
   all["remarks"] = remarks;

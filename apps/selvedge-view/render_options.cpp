@@ -21,7 +21,7 @@ void check_render(const Options& options, const RenderCommand& command) {
       {"--azimuth", "--elevation", "--fov", "--distance", "--look-at", "--zoom", "--focus", "--camera",
        "--scene", "--variant", "--orthographic", "--turntable", "--layers", "--ambient"});
   options.refuse_if(
-      !command.camera_of_file.empty(), "has no effect with --camera",
+      !command.file_camera.empty(), "has no effect with --camera",
       {"--azimuth", "--elevation", "--fov", "--orthographic", "--distance", "--look-at", "--turntable"});
   check_picture(options, command.picture);
   options.refuse_if(!swatch, "is for fabrics, not for a scene",
@@ -64,39 +64,39 @@ void declare_render(Options& options, RenderCommand& command) {
       .ends_in({".png", ".exr"})
       .writes();
   options.size("--size", command.size, "Size of a scene's picture in pixels", 1, 1'000'000);
-  picture.image_memory = 160;  // a still has images of one of three bands at a time
+  picture.image_memory_mib = 160;  // a still has images of one of three bands at a time
   options
       .number(
-          "--accuracy", command.goal.accuracy, "DB",
+          "--accuracy", command.goal.accuracy_db, "DB",
           fmt::format("As many rays a pixel as this PSNR takes, against the picture with 64: 10 to 50 [{}]",
-                      default_accuracy))
-      .in(10, 50);
+                      default_accuracy_db))
+      .in_range(10, 50);
   options
       .number(
           "--seconds", command.goal.seconds, "S",
           "Instead: as many as this time of the clock allows, without reading files; fewer than one where "
           "it is short")
-      .in(0.01, 86400);
+      .in_range(0.01, 86400);
   options.number("--supersample", command.supersample, "N", "Instead: N x N rays a pixel");
   add_input(options, picture);
   add_drawing(options, command);
   options
       .number("--turntable", command.turntable, "N",
               "Draw N frames once around a scene: name-0001.png and so on, all of them or none")
-      .in(1, 9999);
+      .in_range(1, 9999);
   options.group("Camera (scenes)");
   add_camera(options, picture.camera);
   options.number("--distance", picture.camera.distance, "METRES", "Metres from that point");
   options.group("Choices (scenes)");
-  options.text("--camera", command.camera_of_file, "NAME|N",
+  options.text("--camera", command.file_camera, "NAME|N",
                "A camera of the file, by name or number (default: one that shows all cloth)");
   add_scene_choice(options, command.choice);
   add_swatch(options, command);
   add_light(options, picture);
-  options.check([&options, &command] {
+  options.add_check([&options, &command] {
     check_render(options, command);
-    command.has_side = options.given("--azimuth") || options.given("--elevation");
-    command.picture.swatch.level = command.picture.levels.forced;
+    command.has_view_angles = options.is_given("--azimuth") || options.is_given("--elevation");
+    command.picture.swatch.level = command.picture.levels.forced_level;
     const bool whole_texels = has_ending(command.picture.input, ".exr") && !command.place;
     // A swatch of whole texels shows each of them as it is; where no accuracy counts, outlines are smooth.
     command.render.supersample = command.supersample.value_or(whole_texels ? 1 : 2);
@@ -104,10 +104,10 @@ void declare_render(Options& options, RenderCommand& command) {
                       {"--accuracy", "--seconds"});
     options.refuse_if(command.supersample.has_value(), "has no effect with --supersample",
                       {"--accuracy", "--seconds"});
-    options.refuse_if(options.given("--seconds"), "has no effect with --seconds", {"--accuracy"});
-    if (!whole_texels && !command.supersample && !command.goal.seconds && !command.goal.accuracy &&
+    options.refuse_if(options.is_given("--seconds"), "has no effect with --seconds", {"--accuracy"});
+    if (!whole_texels && !command.supersample && !command.goal.seconds && !command.goal.accuracy_db &&
         command.render.path != RenderPath::paper)
-      command.goal.accuracy = default_accuracy;
+      command.goal.accuracy_db = default_accuracy_db;
   });
 }
 

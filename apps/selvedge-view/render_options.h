@@ -21,8 +21,8 @@ struct RenderCommand {
   RenderOptions render;            ///< path, context and supersampling
   std::optional<int> supersample;  ///< default: by `goal`
   PictureGoal goal;
-  std::string camera_of_file;         ///< scenes: name or number; empty: PictureOptions::camera
-  bool has_side = false;              ///< --azimuth or --elevation is given
+  std::string file_camera;            ///< scenes: name or number; empty: PictureOptions::camera
+  bool has_view_angles = false;       ///< --azimuth or --elevation is given
   SceneChoice choice{{}, {}, false};  ///< scenes
   std::optional<SwatchView> place;    ///< fabric files: instead of PictureOptions::swatch
   int turntable = 0;                  ///< frames once around the scene; 0: one frame

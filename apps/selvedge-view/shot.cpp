@@ -27,10 +27,10 @@ void read_swatch(const RenderCommand& command, Shot& shot, std::vector<Light>& o
   shot.scene = std::move(swatch.scene);
   shot.scene.file = command.picture.input;
   shot.scene.fabrics.emplace_back().name = command.picture.input;
-  shot.scene.memory_left = memory.left();
-  shot.memory = memory.limit() - memory.left();
+  shot.scene.memory_left = memory.remaining_bytes();
+  shot.fabric_memory = memory.limit() - memory.remaining_bytes();
   std::error_code unknown;
-  shot.file_bytes = std::filesystem::file_size(command.picture.input, unknown);
+  shot.fabric_file_bytes = std::filesystem::file_size(command.picture.input, unknown);
   shot.options.width = swatch.width;
   shot.options.height = swatch.height;
   shot.options.layers = 1;
@@ -40,23 +40,23 @@ void read_swatch(const RenderCommand& command, Shot& shot, std::vector<Light>& o
 std::vector<Camera> cameras_of(const RenderCommand& command, Scene& scene) {
   const double aspect = static_cast<double>(command.size.x) / command.size.y;
   CameraOptions options = command.picture.camera;
-  if (!command.camera_of_file.empty()) {
+  if (!command.file_camera.empty()) {
     const auto points = value_or_throw(world_points(scene));
-    return {value_or_throw(camera_of(scene, command.camera_of_file, points, aspect, options))};
+    return {value_or_throw(find_scene_camera(scene, command.file_camera, points, aspect, options))};
   }
   const Framing framing = value_or_throw(frame_scene(scene));
-  if (!command.has_side) {
+  if (!command.has_view_angles) {
     options.azimuth = framing.azimuth;
     options.elevation = framing.elevation;
-    if (!framing.turned.empty()) scene.remarks.push_back(framing.turned);
+    if (!framing.turn_remark.empty()) scene.remarks.push_back(framing.turn_remark);
   }
-  scene.remarks.insert(scene.remarks.end(), framing.strays.begin(), framing.strays.end());
+  scene.remarks.insert(scene.remarks.end(), framing.stray_remarks.begin(), framing.stray_remarks.end());
   std::vector<Camera> cameras;
   if (command.turntable > 0)
     cameras = value_or_throw(turntable(framing.points, aspect, options, command.turntable));
   else
     cameras = {value_or_throw(make_camera(framing.points, aspect, options))};
-  for (Camera& camera : cameras) show_depths(framing.left_out, camera);
+  for (Camera& camera : cameras) widen_clipping_depths(framing.excluded_corners, camera);
   return cameras;
 }
 
@@ -68,8 +68,8 @@ Shot read_shot(const RenderCommand& command) {
   shot.options.width = command.size.x;
   shot.options.height = command.size.y;
   shot.options.levels = command.picture.levels;
-  shot.options.cells.samples = samples_of(command.render.supersample);
-  shot.options.cells.memory = std::size_t{1} * command.picture.image_memory << 20;
+  shot.options.cells.samples = image_samples(command.render.supersample);
+  shot.options.cells.memory = std::size_t{1} * command.picture.image_memory_mib << 20;
   shot.options.layers = command.picture.layers;
   std::vector<Light> own_lights;
   if (has_ending(command.picture.input, ".exr")) {
@@ -78,17 +78,17 @@ Shot read_shot(const RenderCommand& command) {
     static_cast<LoadedScene&>(shot) =
         value_or_throw(load_scene(command.picture.input, command.choice, command.picture.limits));
     shot.cameras = cameras_of(command, shot.scene);
-    own_lights = lights_of(shot.scene);
+    own_lights = scene_lights(shot.scene);
   }
   std::uint64_t& memory = shot.scene.memory_left;
   shot.look = value_or_throw(look_of(command.picture, own_lights, memory));
   if (shot.look.environment)
-    memory -= std::min(memory, shot.look.environment->radiance.size() * environment_price);
-  shot.options.shadows = shot.look.shadows;
-  if (shot.look.has_around()) shot.options.around = shot.look.light.rest;
-  shot.options.ambient = static_cast<float>(command.picture.ambient);
+    memory -= std::min(memory, shot.look.environment->radiance.size() * environment_bytes_per_pixel);
+  shot.options.shadow_map_size = shot.look.shadow_map_size;
+  if (shot.look.has_smooth_light()) shot.options.smooth_light = shot.look.light.smooth_light;
+  shot.options.mirrored_ambient = static_cast<float>(command.picture.ambient);
   shot.options.environment = shot.look.environment;
-  if (command.picture.backdrop) shot.options.backdrop = command.picture.backdrop_blur;
+  if (command.picture.has_backdrop) shot.options.backdrop_roughness = command.picture.backdrop_roughness;
   return shot;
 }
 

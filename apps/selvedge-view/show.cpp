@@ -43,7 +43,7 @@ void declare(Options& options, ShowCommand& command) {
   picture.swatch.repeats = V2i(4, 4);
   add_repeats(options, picture.swatch);
   add_light(options, picture);
-  options.check([&options, &picture] { check_picture(options, picture); });
+  options.add_check([&options, &picture] { check_picture(options, picture); });
 }
 
 /// A swatch of a fabric as a scene. Throws Failure.
@@ -60,7 +60,7 @@ LoadedScene load_swatch(const ShowCommand& command) {
 /// Adds an environment to choose from.
 void offer(const std::string& name, const Environment& environment, ShowState& state) {
   state.environments.push_back(
-      std::make_shared<const Surroundings>(Surroundings{name, environment, divide(environment)}));
+      std::make_shared<const Surroundings>(Surroundings{name, environment, split_light(environment)}));
 }
 
 /// Throws Failure.
@@ -70,30 +70,30 @@ ShowState first_state(const ShowCommand& command, const Window& window, const Sh
   const double aspect = static_cast<double>(size.x) / size.y;
   ShowState state = value_or_throw(picture.first_state(command.picture.camera, aspect));
   Look look = value_or_throw(
-      look_of(command.picture, lights_of(picture.scene()), command.picture.limits.document.memory));
+      look_of(command.picture, scene_lights(picture.scene()), command.picture.limits.document.memory));
   state.display = look.display;
   state.lights = std::move(look.lights);
   state.lights_in_camera_frame = look.lights_in_camera_frame;
   state.ambient = static_cast<float>(command.picture.ambient);
-  state.backdrop = command.picture.backdrop;
-  state.backdrop_blur = command.picture.backdrop_blur;
+  state.has_backdrop = command.picture.has_backdrop;
+  state.backdrop_roughness = command.picture.backdrop_roughness;
   if (look.environment) {
     Environment plain = *look.environment;
     const EnvironmentOptions around = std::exchange(plain.options, {});
-    state.turn = static_cast<float>(around.turn);
-    state.strength = static_cast<float>(around.strength);
+    state.environment_turn = static_cast<float>(around.turn_degrees);
+    state.environment_strength = static_cast<float>(around.strength);
     state.environment = 0;
     offer(look.name, plain, state);
     report_remarks(command.common, look.name, plain.remarks);
   }
-  if (look.name != "studio") offer("studio", studio(), state);
-  state.shadows = look.shadows;
+  if (look.name != "studio") offer("studio", studio_environment(), state);
+  state.shadow_map_size = look.shadow_map_size;
   state.levels = command.picture.levels;
   state.layers = command.picture.layers;
-  state.image_memory = std::size_t{1} * command.picture.image_memory << 20;
+  state.image_memory_bytes = std::size_t{1} * command.picture.image_memory_mib << 20;
   // The first directional light, which drags can turn.
   const auto found = std::ranges::find(state.lights, LightKind::directional, &Light::kind);
-  if (found != state.lights.end()) state.held_light = found - state.lights.begin();
+  if (found != state.lights.end()) state.dragged_light = found - state.lights.begin();
   return state;
 }
 
@@ -110,7 +110,7 @@ Result<int> run(const ShowCommand& command) {
   std::string garment = command.picture.input;
   LoadedScene scene =
       is_fabric ? load_swatch(command) : value_or_throw(load_scene(garment, {}, command.picture.limits));
-  if (!is_fabric && !files.empty() && wears_nothing(scene.scene)) {
+  if (!is_fabric && !files.empty() && has_no_fabric(scene.scene)) {
     garment = writer.dress(garment, files.front());
     scene = value_or_throw(load_scene(garment, {}, command.picture.limits));
     files.erase(files.begin());
@@ -122,8 +122,8 @@ Result<int> run(const ShowCommand& command) {
   for (const std::string& path : files) value_or_throw(picture->add_fabric(path));
   ShowState state = first_state(command, *window, *picture);
   state.frame_seconds = 1 / command.fps;
-  BackgroundPicture background(std::move(picture), garment, command.picture.input, command.picture.limits,
-                               std::move(writer), [] { Window::wake(); });
+  PictureThread background(std::move(picture), garment, command.picture.input, command.picture.limits,
+                           std::move(writer), [] { Window::wake(); });
   for (const std::string& folder : folders) background.add_file(folder);
   ShowLoop show(
       {command.picture.input, command.screenshot, command.common.json || !command.screenshot.empty()},

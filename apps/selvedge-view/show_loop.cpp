@@ -18,9 +18,11 @@ Json json_of(const PixelProbe& probe, const std::vector<std::string>& fabrics) {
     texels.push_back({{"level", t.level}, {"texel", t.texel}, {"weight", t.weight}});
   Json fabric;
   if (probe.fabric >= 0) fabric = fabrics[probe.fabric];
-  return {{"pixel", probe.pixel},   {"back", probe.back},         {"fabric", fabric},
-          {"uv", probe.uv},         {"texels", texels},           {"view", probe.view},
-          {"lights", probe.lights}, {"radiance", probe.radiance}, {"alpha", probe.alpha}};
+  return {{"pixel", probe.pixel},      {"back", probe.back},
+          {"fabric", fabric},          {"uv", probe.uv},
+          {"texels", texels},          {"view", probe.to_viewer},
+          {"lights", probe.to_lights}, {"radiance", probe.radiance},
+          {"alpha", probe.alpha}};
 }
 
 std::string triple(const auto& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
@@ -49,9 +51,10 @@ std::string command_of(const std::string& input, const std::vector<Light>& own, 
   add("--look-at", triple(camera.look_at.value_or(V3d(0, 0, 0))));
   add("--distance", camera.distance.value_or(0));
   add("--path", path_names[state.path]);
-  if (state.levels.forced >= 0) add("--level", state.levels.forced);
+  if (state.levels.forced_level >= 0) add("--level", state.levels.forced_level);
   add("--layers", state.layers);
-  if (state.image_memory != CellImageOptions{}.memory) add("--image-memory", state.image_memory >> 20);
+  if (state.image_memory_bytes != CellImageOptions{}.memory)
+    add("--image-memory", state.image_memory_bytes >> 20);
   // The lights of `render` without options.
   const bool in_environment = state.environment >= 0;
   const bool lamps = own.empty() && !in_environment;
@@ -72,20 +75,20 @@ std::string command_of(const std::string& input, const std::vector<Light>& own, 
   }
   if (in_environment) {
     add("--environment", shell_word(state.environments[state.environment]->name));
-    add("--environment-turn", state.turn);
-    add("--environment-strength", state.strength);
-    if (state.backdrop) line += " --backdrop";
-    if (state.backdrop) add("--backdrop-blur", state.backdrop_blur);
+    add("--environment-turn", state.environment_turn);
+    add("--environment-strength", state.environment_strength);
+    if (state.has_backdrop) line += " --backdrop";
+    if (state.has_backdrop) add("--backdrop-blur", state.backdrop_roughness);
   } else {
     add("--environment", "none");
   }
   add("--ambient", state.ambient);
-  add("--shadows", state.shadows);
+  add("--shadows", state.shadow_map_size);
   if (camera.projection == Projection::parallel) line += " --orthographic";
   add("--exposure", state.display.exposure);
-  add("--tone-map", tone_curve_names[static_cast<std::size_t>(state.display.tone)]);
+  add("--tone-map", tone_curve_names[static_cast<std::size_t>(state.display.tone_curve)]);
   add("--background", state.display.background ? triple(*state.display.background) : "transparent");
-  add("--supersample", ShowPicture::samples_at_rest);
+  add("--supersample", ShowPicture::rest_samples_per_side);
   return line + " -o picture.png";
 }
 
@@ -96,7 +99,7 @@ constexpr int frames_to_settle = 3;
 
 }  // namespace
 
-ShowLoop::ShowLoop(Options options, Window& window, BackgroundPicture& background, const GlFunctions& gl,
+ShowLoop::ShowLoop(Options options, Window& window, PictureThread& background, const GlFunctions& gl,
                    const ShowState& state)
     : options_(std::move(options)),
       window_(window),
@@ -134,18 +137,18 @@ Json ShowLoop::to_json() const {
               {"window", window_size_},
               {"width", picture_->width},
               {"height", picture_->height},
-              {"frames", picture_->frames},
+              {"frames", picture_->frame_count},
               {"camera",
                {{"azimuth", state_.camera.azimuth},
                 {"elevation", state_.camera.elevation},
                 {"fov", state_.camera.field_of_view},
                 {"distance", state_.camera.distance.value_or(0)},
                 {"lookAt", look_at}}},
-              {"fabrics", state_.worn.fabrics},
+              {"fabrics", state_.worn_fabrics.fabrics},
               {"command", command()},
               {"message", message_}};
   all["probe"] = probe_ ? json_of(*probe_, picture_->fabric_names) : Json();
-  all["accuracy"] = picture_->accuracy > 0 ? Json(picture_->accuracy) : Json();
+  all["accuracy"] = picture_->accuracy_db > 0 ? Json(picture_->accuracy_db) : Json();
   all["seconds"] = {{"frame", picture_->draw_seconds}};
   for (const auto& [name, seconds] : render_seconds) all["seconds"][name] = picture_->stats.*seconds;
   return all;
@@ -158,9 +161,9 @@ bool ShowLoop::step() {
   ShowInput input = panel_.input(window_.poll_drags());
   const std::optional<V2d> cursor = panel_.cursor();
   // Steps of the wheel move towards the point under the cursor, which stays there.
-  if (input.wheel > 0 && cursor && cursor == aimed_) input.seen = aim_;
+  if (input.wheel > 0 && cursor && cursor == aimed_) input.cursor_point = aim_;
   const double aspect = static_cast<double>(size.x) / size.y;
-  Change change = std::max(pending_, apply(input, aspect, picture_->size, state_));
+  Change change = std::max(pending_, apply(input, aspect, picture_->scene_diagonal, state_));
   pending_ = Change::none;
   const PanelInfo info{*picture_, state_.probes ? probe_ : no_probe_, offers_, window_.poll_keys(), message_};
   const PanelRequest request = panel_.edit(info, state_);
@@ -172,9 +175,9 @@ bool ShowLoop::step() {
   const std::string stem = std::filesystem::path(input_).stem().string();
   if (request.saves_picture) background_.save_picture(stem);
   if (request.saves_garment) background_.save_garment(stem);
-  if (!request.wears.empty()) background_.wear(request.wears);
-  if (request.saves_picture || request.saves_garment || !request.wears.empty()) finished_ = false;
-  if (request.copies) {
+  if (!request.wear_path.empty()) background_.wear(request.wear_path);
+  if (request.saves_picture || request.saves_garment || !request.wear_path.empty()) finished_ = false;
+  if (request.copies_command) {
     panel_.copy(command());
     message_ = command().empty() ? "`render` draws flat swatches by other options"
                                  : "copied; \"save garment\" makes the file with these fabrics";
@@ -186,7 +189,7 @@ bool ShowLoop::step() {
   // Steps of the wheel leave the point under the cursor where it is; nothing else does.
   if (change >= Change::frame && input.wheel == 0) aimed_.reset();
   // The last probe stays while the mouse is on the panel or turns the view.
-  const std::optional<V2d> probed = cursor && !panel_.holds() ? cursor : requested_probe_;
+  const std::optional<V2d> probed = cursor && !panel_.is_mouse_pressed() ? cursor : requested_probe_;
   if (change != Change::none || size != requested_size_ || probed != requested_probe_)
     send_request(change, size, probed);
   if (change != Change::none) settling_ = frames_to_settle;
@@ -197,7 +200,7 @@ bool ShowLoop::step() {
   gl_.Finish();
   // Events before the request to close are shown first.
   if (request.close || window_.wants_to_close()) closes_ = true;
-  if (closes_ && !closes_after_ && (finished_ || !options_.tells_the_end)) closes_after_ = 1;
+  if (closes_ && !closes_after_ && (finished_ || !options_.needs_last_picture)) closes_after_ = 1;
   return closes_after_ && (*closes_after_)-- == 0;
 }
 
@@ -229,26 +232,26 @@ void ShowLoop::receive() {
   if (update.garment) {
     input_ = update.garment->path;
     if (update.garment->camera) first_camera_ = state_.camera = *update.garment->camera;
-    state_.worn = update.garment->worn;
-    state_.beside.reset();
-    state_.hidden.clear();
+    state_.worn_fabrics = update.garment->worn_fabrics;
+    state_.compared_fabrics.reset();
+    state_.hidden_fabrics.clear();
   }
   if (update.state) state_ = *update.state;
-  if (update.worn) {
-    state_.worn = *update.worn;
-    state_.hidden.clear();
+  if (update.worn_fabrics) {
+    state_.worn_fabrics = *update.worn_fabrics;
+    state_.hidden_fabrics.clear();
   }
-  if (update.state || update.garment || update.worn) {
+  if (update.state || update.garment || update.worn_fabrics) {
     pending_ = Change::frame;
     aimed_.reset();
   }
   generation_ = update.generation;
   probe_ = update.probe;
   if (update.probe && update.probe_request == request_number_) {
-    aimed_ = update.probed;
+    aimed_ = update.probed_point;
     aim_ = update.probe->position;
   }
-  finished_ = update.finished && pending_ == Change::none;
+  finished_ = update.is_finished && pending_ == Change::none;
   if (!update.picture) return;
   picture_ = update.picture;
   shown_.load(picture_->width, picture_->height, picture_->bytes.data());

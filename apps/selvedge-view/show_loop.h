@@ -1,6 +1,7 @@
 // The loop of `show`: from the events to a request, from the newest picture to the window.
 #pragma once
 
+#include "apps/common/report.h"
 #include "apps/selvedge-view/panel.h"
 #include "apps/selvedge-view/screen_texture.h"
 #include "viewer/show/background.h"
@@ -10,11 +11,11 @@ namespace selvedge {
 class ShowLoop {
  public:
   struct Options {
-    std::string input;           ///< the garment or fabric that is shown first
-    std::string screenshot;      ///< of the window as it was when it closed, .png; empty: none
-    bool tells_the_end = false;  ///< what is told after the end needs the picture of the last events
+    std::string input;                ///< the garment or fabric that is shown first
+    std::string screenshot;           ///< of the window as it was when it closed, .png; empty: none
+    bool needs_last_picture = false;  ///< what is told after the end needs the picture of the last events
   };
-  ShowLoop(Options options, Window& window, BackgroundPicture& background, const GlFunctions& gl,
+  ShowLoop(Options options, Window& window, PictureThread& background, const GlFunctions& gl,
            const ShowState& state);
 
   /// Until the window is closed. Throws Failure.
@@ -32,7 +33,7 @@ class ShowLoop {
 
   const Options options_;
   Window& window_;
-  BackgroundPicture& background_;
+  PictureThread& background_;
   const GlFunctions& gl_;
   std::vector<std::unique_ptr<ShownOffer>> offers_;
   std::string input_;  ///< the garment or fabric that is shown

@@ -59,7 +59,7 @@ void declare(Options& options, TradeCommand& command) {
   options.list("further", command.further, "STITCH", "Further stitches, each a section of the page").reads();
   options.text("-o,--output", command.output, "DIR", "A folder for the page and the fabrics").required();
   options.size("--size", command.size, "Size of a frame in pixels, multiples of 20", 20, 4000);
-  options.check([&command] {
+  options.add_check([&command] {
     if (command.size.x % (2 * part) != 0 || command.size.y % (2 * part) != 0)
       refuse("--size", fmt::format("must be multiples of {}", 2 * part));
     if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");
@@ -70,14 +70,14 @@ void declare(Options& options, TradeCommand& command) {
 CellMesh truth_mesh(const TradeCommand& command, const std::string& input) {
   constexpr double max_cubes = 400;
   Cell cell = value_or_throw(find_cell(input, command.cell));
-  if (!cell.stitch || command.cell.mesh.cells_across) return std::move(cell.mesh);
+  if (!cell.stitch || command.cell.mesh.cubes_across) return std::move(cell.mesh);
   double cubes = 0;
   for (const Yarn& yarn : cell.stitch->pattern.yarns)
     cubes =
         std::max(cubes, std::ceil(12 * std::max(cell.mesh.period.x, cell.mesh.period.y) / yarn.radius_mm));
   if (cubes > max_cubes) return std::move(cell.mesh);
   CellOptions finer = command.cell;
-  finer.mesh.cells_across = static_cast<int>(cubes);
+  finer.mesh.cubes_across = static_cast<int>(cubes);
   return value_or_throw(find_cell(input, finer)).mesh;
 }
 
@@ -106,7 +106,7 @@ class Distance {
     SwatchShot shot = at(0);
     shot.width /= part;
     shot.height /= part;
-    shot.camera.window_half /= part;
+    shot.camera.window_half_size /= part;
     return shot;
   }
 
@@ -119,7 +119,7 @@ class Distance {
     double reach = 0;
     for (const double side : {-1.0, 1.0}) {
       for (const double end : {-1.0, 1.0})
-        reach = std::max(reach, swatch_ray(at(0).camera, {side, end})->point.length());
+        reach = std::max(reach, find_swatch_hit(at(0).camera, {side, end})->point_m.length());
     }
     const int repeats = static_cast<int>(1000 * reach / std::min(period_.x, period_.y)) + 2;
     Scene scene = swatch_scene(period_, V2i(-repeats), V2i(repeats));
@@ -132,7 +132,7 @@ class Distance {
       row.update({{"pixels", pixels_},
                   {"drawn", drawn},
                   {"ms", 1000 * seconds},
-                  {"db", decibels_between(frames.back(), truth)}});
+                  {"db", frame_psnr_db(frames.back(), truth)}});
       rows.push_back(row);
     };
     // As `show` draws while the view turns.
@@ -160,7 +160,7 @@ class Distance {
       // One without images.
       renderer = value_or_throw(Renderer::create(scene, fabrics, moving));
       const std::clock_t before = std::clock();
-      value_or_throw(draw_for(*renderer, setting.goal, size, at(0).camera, options, frame, stats));
+      value_or_throw(draw_for_goal(*renderer, setting.goal, size, at(0).camera, options, frame, stats));
       add(setting.name, processor_seconds(before));
     }
   }
@@ -191,7 +191,7 @@ TradePicture picture_of(const std::string& words, const Frame& frame) {
   return {words, value_or_throw(encode_png(to_display_image(frame, default_display())))};
 }
 
-/// `tell` gets notes and fractions of the work.
+/// `report` receives notes and fractions of the work.
 TradeSection measured(const TradeCommand& command, const std::string& input, const CellMesh& truth,
                       const std::function<void(const std::string&, double)>& tell) {
   std::vector<Fabric> made;
@@ -209,7 +209,7 @@ TradeSection measured(const TradeCommand& command, const std::string& input, con
     made.push_back(make_file(make).fit.fabric);
     fabrics.push_back({{"stitch", input},
                        {"fabric", candidate.name},
-                       {"bytes", size_of_file(file)},
+                       {"bytes", file_size_or_zero(file)},
                        {"makeSeconds", processor_seconds(before)}});
   }
   Json rows = Json::array();
@@ -227,7 +227,7 @@ TradeSection measured(const TradeCommand& command, const std::string& input, con
       distance.measure(made[i], traced, i == 0, fabrics[i], rows, frames);
     }
     for (std::size_t i = 0; i < frames.size(); ++i)
-      pictures.push_back(picture_of(filled("{fabric}, {drawn}", rows[first + i]), frames[i]));
+      pictures.push_back(picture_of(fill_pattern("{fabric}, {drawn}", rows[first + i]), frames[i]));
   }
   return {input, rows, pictures};
 }
@@ -255,7 +255,7 @@ Result<int> run(const TradeCommand& command) {
     rows.insert(rows.end(), sections.back().rows.begin(), sections.back().rows.end());
   }
   const std::string words = fmt::format(
-      "Pictures of {} x {}: milliseconds of processor, and dB beside the stitch itself, traced with {} rays "
+      "Pictures of {} x {}: milliseconds of processor, and dB against the stitch itself, traced with {} rays "
       "a pixel. Moving as `show` draws while the view turns, at rest as `render` does.",
       command.size.x, command.size.y, truth_samples);
   const std::string page = command.output + "/index.html";

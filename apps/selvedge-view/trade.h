@@ -18,7 +18,7 @@ std::string trade_plot(const Json& rows);
 
 /// A PNG file and its words.
 struct TradePicture {
-  std::string words;
+  std::string caption;
   std::vector<std::uint8_t> png;
 };
 struct TradeSection {

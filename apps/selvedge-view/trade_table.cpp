@@ -30,7 +30,7 @@ figure { margin: 0; font-size: 12px; } figure:nth-child(13n+1) { grid-column: 1;
 </style>
 )";
 
-/// Colours that the colour-blind can tell, too (Okabe and Ito 2008), from near to far.
+/// Colours that the colour-blind can distinguish, too (Okabe and Ito 2008), from near to far.
 constexpr std::array colours{"#d55e00", "#e69f00", "#009e73", "#0072b2"};
 
 /// A scale of a side of a plot.
@@ -168,13 +168,13 @@ std::string trade_page(const std::string& words, const std::vector<TradeSection>
       page += row["pixels"] == pixels ? "</tr>\n<tr>" : "</tr>\n<tr class=\"first\">";
       pixels = row["pixels"];
       for (const Column& column : columns)
-        page += fmt::format("<td>{}</td>", escaped(filled(column.pattern, row)));
+        page += fmt::format("<td>{}</td>", escaped(fill_pattern(column.pattern, row)));
     }
     page += "</tr>\n</table>\n<div>\n";
     for (const TradePicture& picture : pictures)
       page += fmt::format(
           "<figure><img alt=\"\" src=\"data:image/png;base64,{}\"><figcaption>{}</figcaption></figure>\n",
-          base64(picture.png), escaped(picture.words));
+          base64(picture.png), escaped(picture.caption));
     page += "</div>\n";
   }
   return page + "</body></html>\n";

@@ -35,9 +35,9 @@ Result<int> run(const CheckCommand& command) {
   std::string text;
   bool all_good = true;
   for (const std::string& path : command.files) {
-    const Result<FileKind> kind = guarded(path, [&] { return kind_of(path); });
+    const Result<FileKind> kind = catch_exceptions(path, [&] { return kind_of(path); });
     // A failure in one file does not end the check of the others.
-    const Result<Issues> found = guarded(path, [&]() -> Result<Issues> {
+    const Result<Issues> found = catch_exceptions(path, [&]() -> Result<Issues> {
       return kind ? check_file(path, *kind, command.limits) : Issues{kind.error()};
     });
     const Issues issues = found ? *found : Issues{found.error()};
@@ -52,7 +52,7 @@ Result<int> run(const CheckCommand& command) {
       const bool failing = command.warnings_as_errors || severity_of(issue.code) == Severity::error;
       if (failing || !(command.common.quiet || command.common.json)) report_issue(issue);
     }
-    Json entry = {{"file", as_utf8(path)}, {"good", good}, {"issues", std::move(list)}};
+    Json entry = {{"file", escape_invalid_utf8(path)}, {"good", good}, {"issues", std::move(list)}};
     if (kind) entry["kind"] = name_of(*kind);
     files.push_back(std::move(entry));
     if (good) text += fmt::format("{}: {}, {}\n", path, name_of(*kind), praise(warnings));

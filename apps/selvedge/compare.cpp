@@ -18,9 +18,9 @@ struct CompareCommand {
 void declare(Options& options, CompareCommand& command) {
   options.list("files", command.files, "FABRIC... SAMPLES", "Fabric files, then the samples file")
       .required()
-      .count(1, 1000)
+      .word_count(1, 1000)
       .reads();
-  options.check([&command] {
+  options.add_check([&command] {
     if (command.files.size() == 1) refuse("files", "names no fabric before the samples");
   });
 }
@@ -32,9 +32,9 @@ Json rows_json(const std::vector<LevelComparison>& rows) {
                     {"texels", {l.width, l.height}},
                     {"psnr", l.psnr},
                     {"relativeL2", l.relative_l2},
-                    {"meanError", l.mean_error},
+                    {"meanError", l.relative_bias},
                     {"alphaRms", l.alpha_rms},
-                    {"alphaNoise", l.alpha_noise},
+                    {"alphaNoise", l.alpha_noise_rms},
                     {"truthNoisePsnr", l.noise_psnr}});
   }
   return json;
@@ -47,11 +47,12 @@ constexpr std::array judged_kinds{PairKind::held_out, PairKind::validation};
 std::string add_kind(PairKind kind, const Comparison& comparison, const std::optional<Comparison>& yarn,
                      Json& json) {
   Json& report = json[name_of(kind)];
-  report = {{"pairs", comparison.pairs}, {"peak", comparison.peak}, {"levels", rows_json(comparison.levels)}};
+  report = {
+      {"pairs", comparison.pair_count}, {"peak", comparison.peak}, {"levels", rows_json(comparison.levels)}};
   Json rows = Json::array();
   if (yarn) rows = report["yarn"] = rows_json(yarn->levels);
   for (const Json& row : report["levels"]) rows.push_back(row);
-  return "  " + std::string(name_of(kind)) + filled(": {pairs} pairs, peak {peak:.4g} 1/sr\n", report) +
+  return "  " + std::string(name_of(kind)) + fill_pattern(": {pairs} pairs, peak {peak:.4g} 1/sr\n", report) +
          table_text(rows, {{"level", "{level}"},
                            {"texels", "{texels}"},
                            {"PSNR dB", "{psnr:.2f}"},
@@ -63,14 +64,15 @@ std::string add_kind(PairKind kind, const Comparison& comparison, const std::opt
 
 Result<int> run(const CompareCommand& command) {
   const std::string& samples = command.files.back();
-  const ByPairKind<PairSamples> truth = samples_of(value_or_throw(read_samples(samples)), Side::front).pairs;
+  const ByPairKind<PairSamples> truth =
+      side_samples(value_or_throw(read_samples(samples)), Side::front).pairs;
   Json json = {{"samples", samples}, {"fabrics", Json::array()}};
   std::string text;
   for (std::size_t i = 0; i + 1 < command.files.size(); ++i) {
     const std::string& path = command.files[i];
     const Fabric fabric = value_or_throw(read_fabric(path));
-    Json judged = {{"fabric", path}, {"bytes", size_of_file(path)}};
-    text += filled("{fabric} ({bytes} bytes)\n", judged);
+    Json judged = {{"fabric", path}, {"bytes", file_size_or_zero(path)}};
+    text += fill_pattern("{fabric} ({bytes} bytes)\n", judged);
     double peak = 0;
     for (const PairKind kind : judged_kinds) {
       const PairSamples& pairs = truth[index_of(kind)];

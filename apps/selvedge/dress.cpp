@@ -15,7 +15,7 @@ namespace selvedge {
 namespace {
 
 V3f color_from(const std::string& option, const std::string& text) {
-  const std::optional<V3d> color = linear_of(text);
+  const std::optional<V3d> color = linear_colour(text);
   if (!color) refuse(option, "must be of the form #rrggbb");
   return V3f(*color);
 }
@@ -25,7 +25,7 @@ Colourway colourway_of(const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
     refuse("--variant", "must be of the form NAME=#rrggbb or NAME=FILE");
-  Colourway colourway{as_utf8(text.substr(0, equals))};  // JSON strings are UTF-8
+  Colourway colourway{escape_invalid_utf8(text.substr(0, equals))};  // JSON strings are UTF-8
   const std::string value = text.substr(equals + 1);
   if (value.starts_with('#'))
     colourway.color = color_from("--variant", value);
@@ -53,13 +53,16 @@ void declare(Options& options, DressCommand& command) {
       .required();
   DressOptions& dress = command.dress;
   options.list("--material", dress.materials, "NAME", "Name of a material, or #index; may be repeated");
-  options.flag("--all", dress.all, "Every material, but for buttons, zips, skin and the like by their names");
-  options.list("--except", dress.except, "NAME", "A material that stays as it is; may be repeated");
+  options.flag("--all", dress.all_cloth,
+               "Every material, but for buttons, zips, skin and the like by their names");
+  options.list("--except", dress.excluded_materials, "NAME",
+               "A material that stays as it is; may be repeated");
   options.text("--colour", "garment|fabric|#RRGGBB",
                "Colour of the cloth: the garment's own, print included [default], the yarn's, or this",
                [&dress](const std::string& text) {
-                 dress.keep.base_color = text == "garment";
-                 if (text != "garment" && text != "fabric") dress.keep.color = color_from("--colour", text);
+                 dress.color_options.keeps_base_color = text == "garment";
+                 if (text != "garment" && text != "fabric")
+                   dress.color_options.color = color_from("--colour", text);
                });
   options.flag("--single-sided", dress.single_sided,
                "Leave single-sided materials so: one sees through their back");
@@ -80,7 +83,7 @@ void declare(Options& options, DressCommand& command) {
   options.vector("--repeats", dress.repeats, "U,V",
                  "Repeats per unit of the texture coordinates, instead of the physical size");
   options.number("--scale", dress.scale, "F", "Size of the stitches: 2 shows them twice as large");
-  options.number("--rotate", dress.rotation, "DEG",
+  options.number("--rotate", dress.rotation_degrees, "DEG",
                  "Turn the cloth, counter-clockwise; by right angles unless its repeat is a square");
   options.vector("--offset", dress.offset, "U,V", "Move the cloth, in repeats");
   static const auto units = [] {
@@ -88,23 +91,24 @@ void declare(Options& options, DressCommand& command) {
     std::ranges::transform(length_units, names.begin(), &LengthUnit::name);
     return names;
   }();
-  const Option unit = options.choice("--unit", units, "Unit of the garment's lengths, where it is not metres",
-                                     [&dress](std::size_t i) { dress.unit = length_units[i].metres; });
-  options.number("--height", dress.height, "METRES", "Height of the garment, instead of --unit")
+  const Option unit =
+      options.choice("--unit", units, "Unit of the garment's lengths, where it is not metres",
+                     [&dress](std::size_t i) { dress.metres_per_unit = length_units[i].metres; });
+  options.number("--height", dress.garment_height, "METRES", "Height of the garment, instead of --unit")
       .excludes(unit);
-  options.number("--texcoord", dress.tex_coord, "N", "Set of texture coordinates").in(0, 1);
+  options.number("--texcoord", dress.tex_coord, "N", "Set of texture coordinates").in_range(0, 1);
   static constexpr std::array<std::string_view, 3> unwrappings{"auto", "always", "never"};
   options.choice("--unwrap", unwrappings, dress.unwrap,
                  "New texture coordinates, charts in true size, where the garment's are useless");
   options.set_flag("--no-fallback", dress.fallback, false, "Do not change the core material");
   options
-      .text("--usda", dress.usd, "FILE",
+      .text("--usda", dress.usd_path, "FILE",
             "Also this USD layer (.usda): the garment, its fallback, and the fabric's name")
       .ends_in({".usda"})
       .writes();
   add_limits(options, dress.limits);
-  options.check([&dress] {
-    if (dress.materials.empty() && !dress.all) refuse("dress", "--material or --all is required");
+  options.add_check([&dress] {
+    if (dress.materials.empty() && !dress.all_cloth) refuse("dress", "--material or --all is required");
   });
 }
 
@@ -118,25 +122,27 @@ Result<int> run(const DressCommand& command) {
                          {"name", m.name},
                          {"primitives", m.primitives},
                          {"repeats", m.repeats},
-                         {"metresPerUv", m.size.metres},
-                         {"metresPerUvLow", m.size.low},
-                         {"metresPerUvHigh", m.size.high},
-                         {"stretched", m.size.stretched},
-                         {"withoutUvs", m.size.without},
+                         {"metresPerUv", m.size.metres_per_uv},
+                         {"metresPerUvLow", m.size.metres_per_uv_p5},
+                         {"metresPerUvHigh", m.size.metres_per_uv_p95},
+                         {"stretched", m.size.stretched_fraction},
+                         {"withoutUvs", m.size.fraction_without_uvs},
                          {"kept", m.kept},
                          {"replaced", m.replaced}});
-    if (const auto made = dressed.unwrapped.find(m.index); made != dressed.unwrapped.end())
-      unwrapped.push_back({{"index", m.index}, {"charts", made->second.charts}, {"stretch", m.size.stretch}});
+    if (const auto made = dressed.unwrap_reports.find(m.index); made != dressed.unwrap_reports.end())
+      unwrapped.push_back(
+          {{"index", m.index}, {"charts", made->second.chart_count}, {"stretch", m.size.stretch_p95}});
   }
   Json variants = Json::array();
   for (const VariantMaterial& v : dressed.variants) {
     variants.push_back({{"name", v.variant}, {"index", v.index}, {"of", v.base}, {"repeats", v.repeats}});
     if (v.tint) variants.back()["tint"] = *v.tint;
   }
-  const Json json{{"output", command.output},     {"bytes", dressed.bytes},   {"bounds", dressed.bounds},
-                  {"embedded", dressed.embedded}, {"usd", dressed.usd_files}, {"backed", dressed.backed},
-                  {"materials", materials},       {"variants", variants},     {"unwrapped", unwrapped},
-                  {"warnings", dressed.warnings}};
+  const Json json{{"output", command.output}, {"bytes", dressed.bytes},
+                  {"bounds", dressed.bounds}, {"embedded", dressed.embedded},
+                  {"usd", dressed.usd_files}, {"backed", dressed.backed_primitive_count},
+                  {"materials", materials},   {"variants", variants},
+                  {"unwrapped", unwrapped},   {"warnings", dressed.warnings}};
   report(command.common, "dress", json,
          lines_text(materials,
                     "#{index} {name}: {primitives} primitives, {repeats:.5g} repeats, {metresPerUv:.3g} m a "
@@ -148,9 +154,9 @@ Result<int> run(const DressCommand& command) {
                         "{stretch:.2f} times") +
              lines_text(variants,
                         "#{index} for #{of} in variant \"{name}\": {repeats:.5g} repeats, tint {tint:.3g}") +
-             filled("fabric embedded {embedded}, backing behind {backed} primitives "
-                    "-> {output} ({bytes} bytes), USD {usd}\n",
-                    json));
+             fill_pattern("fabric embedded {embedded}, backing behind {backed} primitives "
+                          "-> {output} ({bytes} bytes), USD {usd}\n",
+                          json));
   return 0;
 }
 

@@ -27,7 +27,7 @@ void declare(Options& options, EvaluateCommand& command) {
                  "Mip level; with --uv a fraction blends two, and -1 is the yarn itself");
   const Option texel = options.text("--texel", "X,Y", "Texel of the level, 0,0 at the top left",
                                     [&command](const std::string& t) {
-                                      const auto n = whole_numbers_from("--texel", t, ',', 2, 2, "3,4");
+                                      const auto n = parse_integer_list("--texel", t, ',', 2, 2, "3,4");
                                       command.texel = V2i(n[0], n[1]);
                                     });
   options.vector("--uv", command.uv, "U,V", "Texture coordinates; they repeat").excludes(texel);
@@ -36,10 +36,10 @@ void declare(Options& options, EvaluateCommand& command) {
   options.vector("--view", command.view, "X,Y,Z", "Towards the viewer (default 0,0,1)");
   options.flag("--behind", command.behind,
                "The cloth is seen from behind: z of light and view points out of its back");
-  options.check([&command] {
+  options.add_check([&command] {
     if (!command.texel && !command.uv) refuse("evaluate", "--texel or --uv is required");
     const auto unit = [](const char* option, const V3d& v) {
-      const std::optional<V3d> direction = direction_of(v);
+      const std::optional<V3d> direction = unit_vector(v);
       if (!direction) refuse(option, "has no length");
       return *direction;
     };
@@ -51,7 +51,7 @@ void declare(Options& options, EvaluateCommand& command) {
 /// The level must exist, also with texture coordinates: another number is a mistake.
 Result<Shading> shading_at(const EvaluateCommand& command) {
   Fabric fabric = value_or_throw(read_fabric(command.fabric));
-  if (command.behind && fabric.side_of(Side::back) != nullptr) fabric = turned_over(fabric);
+  if (command.behind && fabric.find_side(Side::back) != nullptr) fabric = turned_over(fabric);
   const auto refused = [&](const char* option, std::string message) {
     return fail(Code::option_out_of_range, command.fabric, option, std::move(message));
   };

@@ -21,11 +21,13 @@ void declare(Options& options, ExportCommand& command) {
               {".gltf", ".glb", ".usda"})
       .required();
   ExportOptions& exported = command.exported;
-  options.number("--triangles", exported.triangles, "N", "Triangles that are drawn at most; each copy counts")
-      .in(1, 1e9);
+  options
+      .number("--triangles", exported.triangle_budget, "N",
+              "Triangles that are drawn at most; each copy counts")
+      .in_range(1, 1e9);
   options.text("--region", "U0,V0,U1,V1", "The part in full detail, in repeats of the fabric",
                [&exported](const std::string& text) {
-                 const auto n = numbers_from("--region", text, ',', 4, 4, "100,120,130,150");
+                 const auto n = parse_number_list("--region", text, ',', 4, 4, "100,120,130,150");
                  exported.region = Imath::Box2d(V2d(n[0], n[1]), V2d(n[2], n[3]));
                  if (exported.region->isEmpty()) refuse("--region", "its end lies before its begin");
                });
@@ -39,18 +41,18 @@ Result<int> run(const ExportCommand& command) {
   for (const ExportedYarn& y : done.yarns) {
     yarns.push_back({{"material", y.material},
                      {"name", y.name},
-                     {"triangles", y.triangles},
-                     {"copies", y.copies},
-                     {"bent", y.bent},
-                     {"cut", y.cut},
-                     {"gap", y.gap},
-                     {"overlap", y.overlap},
-                     {"turn", y.turn},
-                     {"shear", y.shear}});
+                     {"triangles", y.triangles_per_repeat},
+                     {"copies", y.copy_count},
+                     {"bent", y.bent_count},
+                     {"cut", y.cut_count},
+                     {"gap", y.max_gap_radii},
+                     {"overlap", y.max_overlap_radii},
+                     {"turn", y.max_turn_degrees},
+                     {"shear", y.max_shear_degrees}});
   }
   const Json json{{"output", command.output},
                   {"bytes", done.bytes},
-                  {"triangles", done.triangles},
+                  {"triangles", done.triangle_count},
                   {"yarns", yarns},
                   {"warnings", done.warnings}};
   report(
@@ -59,7 +61,7 @@ Result<int> run(const ExportCommand& command) {
                  "#{material} {name}: {triangles} triangles a repeat, {copies} copies, {bent} bent, {cut} "
                  "cut; gaps up to {gap:.2f} radii, overlaps {overlap:.2f}, turns {turn:.1f} degrees, shear "
                  "{shear:.1f}") +
-          filled("{triangles} triangles -> {output} ({bytes} bytes)\n", json));
+          fill_pattern("{triangles} triangles -> {output} ({bytes} bytes)\n", json));
   return 0;
 }
 

@@ -29,7 +29,7 @@ Result<FileKind> kind_of(const std::string& path) {
   if (magic == "glTF" || magic == "ply\n" || magic == "ply\r" || magic.find('{') != std::string_view::npos)
     return FileKind::gltf;
   if (magic != std::string_view("\x76\x2f\x31\x01", 4)) {
-    const std::string_view kind = foreign_kind(*file);
+    const std::string_view kind = foreign_file_message(*file);
     return fail(Code::file_unreadable, path, {},
                 kind.empty()
                     ? "is neither OpenEXR nor glTF nor OBJ nor PLY (selvedge stitch reads drafts and charts)"

@@ -23,19 +23,19 @@ void declare(Options& options, ImportCommand& command) {
       .reads();
   options.number("--width", o.width_mm, "MM", "Width of the sample that a picture shows")
       .required()
-      .in(1e-3, 1e6);
+      .in_range(1e-3, 1e6);
   options.vector("--period", o.period_mm, "W,H", "Size of one repeat, mm (default: found in the pictures)");
   options.text("--texels", "N|WxH", "Texels of one repeat (default: its pixels, at most 32x32)",
                [&o](const std::string& t) {
-                 const auto n = whole_numbers_from("--texels", t, 'x', 1, 2, "32 or 32x16");
+                 const auto n = parse_integer_list("--texels", t, 'x', 1, 2, "32 or 32x16");
                  if (std::min(n.front(), n.back()) < 1 || std::max(n.front(), n.back()) > 4096)
                    refuse("--texels", "must be 1 to 4096 a side");
                  o.texels = V2i(n.front(), n.back());
                });
-  options.number("--views", o.views, "N", "View directions of the samples").in(1, 4096);
-  options.number("--lights", o.lights, "N", "Light directions of the samples").in(1, 4096);
-  options.number("--thickness", o.thickness_mm, "MM", "Thickness of the cloth").in(0, 1e6);
-  options.text("--opacity", o.opacity, "FILE", "A picture of the sample that is black in holes").reads();
+  options.number("--views", o.views, "N", "View directions of the samples").in_range(1, 4096);
+  options.number("--lights", o.lights, "N", "Light directions of the samples").in_range(1, 4096);
+  options.number("--thickness", o.thickness_mm, "MM", "Thickness of the cloth").in_range(0, 1e6);
+  options.text("--opacity", o.opacity_path, "FILE", "A picture of the sample that is black in holes").reads();
   static constexpr std::string_view colours[] = {"srgb", "linear", "xyz"};
   options.choice("--colours", colours, o.colours,
                  "Colours of the pictures: whole numbers in sRGB, or linear, or linear CIE XYZ");
@@ -51,14 +51,19 @@ Result<int> run(const ImportCommand& command) {
     return value_or_throw(
         import_pictures(command.table, command.import, command.output, progress.callback()));
   }();
-  const Json json = {{"output", command.output},       {"bytes", size_of_file(command.output)},
-                     {"seconds", r.seconds},           {"pictures", r.pictures},
-                     {"heldOut", r.held_out},          {"texels", r.texels},
-                     {"mmPerRepeat", r.period_mm},     {"repeats", r.repeats},
-                     {"irregularity", r.irregularity}, {"leftOutError", r.left_out_error}};
-  report(
-      command.common, "import", json,
-      filled("{pictures} pictures, {heldOut} of them held out, in {seconds:.1f} s -> {output} ({bytes} "
+  const Json json = {{"output", command.output},
+                     {"bytes", file_size_or_zero(command.output)},
+                     {"seconds", r.seconds},
+                     {"pictures", r.picture_count},
+                     {"heldOut", r.held_out},
+                     {"texels", r.texels},
+                     {"mmPerRepeat", r.period_mm},
+                     {"repeats", r.repeats},
+                     {"irregularity", r.repeat_deviation},
+                     {"leftOutError", r.leave_one_out_error}};
+  report(command.common, "import", json,
+         fill_pattern(
+             "{pictures} pictures, {heldOut} of them held out, in {seconds:.1f} s -> {output} ({bytes} "
              "bytes)\n"
              "  a repeat has {mmPerRepeat:.4g} mm, {texels} texels; {repeats:.1f} in a picture, which differ "
              "by {irregularity:.2g}\n"

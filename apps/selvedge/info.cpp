@@ -39,7 +39,7 @@ constexpr const char* cell_lines =
 /// The command of a recipe, which may be a stranger's.
 std::string recipe_text(const Json& recipe) {
   constexpr std::size_t max_line = 96;
-  std::string text = "recipe         selvedge make " + shell_word(filled("{stitch}", recipe));
+  std::string text = "recipe         selvedge make " + shell_word(fill_pattern("{stitch}", recipe));
   const auto add = [&](const std::string& word) {
     if (text.size() - (text.rfind('\n') + 1) + word.size() > max_line) text += " \\\n              ";
     text += word;
@@ -47,9 +47,10 @@ std::string recipe_text(const Json& recipe) {
   for (const auto& [option, value] : recipe.items()) {
     if (option == "set")
       for (const auto& [name, number] : value.items())
-        add(" --set " + shell_word(name + filled("={}", number)));
+        add(" --set " + shell_word(name + fill_pattern("={}", number)));
     else if (option != "stitch" && option != "text")
-      add(" " + shell_word("--" + option) + (value == "true" ? "" : " " + shell_word(filled("{}", value))));
+      add(" " + shell_word("--" + option) +
+          (value == "true" ? "" : " " + shell_word(fill_pattern("{}", value))));
   }
   return text + "\n";
 }
@@ -75,11 +76,12 @@ Info fabric_info(const std::string& path, const SceneLimits& limits) {
     }
   });
   std::string text =
-      filled(cell_lines, content) + filled("views          {views/columns} x {views/rows}\n", content) +
+      fill_pattern(cell_lines, content) +
+      fill_pattern("views          {views/columns} x {views/rows}\n", content) +
       table_text(layers, {{"layer", "{layer}"}, {"precision", "{precision}"}, {"levels", "{levels}"}});
   if (content.contains("recipe")) text += recipe_text(content["recipe"]);
   if (content.contains("/sheet/coverWithHairs"_json_pointer)) {
-    text += filled(
+    text += fill_pattern(
         "cloth          {sheet/composition}, {sheet/construction}, {sheet/gramsPerSquareMetre} g/m2, cover "
         "{sheet/cover} ({sheet/coverWithHairs} with hairs)\n",
         content);
@@ -87,9 +89,9 @@ Info fabric_info(const std::string& path, const SceneLimits& limits) {
   const Json accuracy = content.value("accuracy", Json::object());
   if (accuracy.contains("front") && accuracy["front"].is_array()) {
     text += "accuracy      ";
-    for (const Json& db : accuracy["front"]) text += filled(" {db}", {{"db", db}});
+    for (const Json& db : accuracy["front"]) text += fill_pattern(" {db}", {{"db", db}});
     text += " dB by level";
-    if (accuracy.contains("yarn")) text += filled(", {yarn} of the yarn close by", accuracy);
+    if (accuracy.contains("yarn")) text += fill_pattern(", {yarn} of the yarn close by", accuracy);
     text += "\n";
   }
   const YarnCounts& yarns = header.shape.yarns;
@@ -115,17 +117,17 @@ Info samples_info(const std::string& path) {
                {"pairs", pairs},
                {"provenance", Json::parse(h.provenance)}};
   std::string text =
-      filled(cell_lines, content) + filled(
-                                        "views, lights  {views}, {lights}\nsides          {sides}\n"
-                                        "samples        {samplesPerTexel} a texel and view\n",
-                                        content);
+      fill_pattern(cell_lines, content) + fill_pattern(
+                                              "views, lights  {views}, {lights}\nsides          {sides}\n"
+                                              "samples        {samplesPerTexel} a texel and view\n",
+                                              content);
   for (const auto& [kind, count] : pairs.items())
     text += fmt::format("pairs          {} {}\n", count.dump(), kind);
   return {{{"content", std::move(content)}}, std::move(text)};
 }
 
 /// Textures and tint of the garment that stay visible with the fabric.
-Json brings_json(const GarmentParts& parts) {
+Json brings_json(const GarmentTextures& parts) {
   Json brings = Json::object();
   if (parts.mask.image >= 0)
     brings["mask"] = {{"texCoord", parts.mask.tex_coord}, {"cutoff", parts.mask_cutoff}};
@@ -148,7 +150,7 @@ Info gltf_info(const std::string& path, const SceneLimits& limits) {
     entry["fabric"] = m.fabric->fabric;
     entry["repeats"] = m.fabric->transform.scale;
     entry["texCoord"] = m.fabric->tex_coord;
-    entry["brings"] = brings_json(m.kept);
+    entry["brings"] = brings_json(m.garment_textures);
   }
   Json fabrics = Json::array();
   for (const SceneFabric& f : scene.fabrics)
@@ -161,7 +163,7 @@ Info gltf_info(const std::string& path, const SceneLimits& limits) {
                {"fabrics", fabrics},
                {"variants", scene.variants},
                {"remarks", scene.remarks}};
-  std::string text = filled(
+  std::string text = fill_pattern(
       "geometry       {triangles} triangles, {primitives} primitives, {instances} instances\n", content);
   text +=
       table_text(materials, {{"material", "{name}"}, {"fabric", "{fabric}"}, {"repeats", "{repeats:.5g}"}});
@@ -177,7 +179,7 @@ Result<int> run(const InfoCommand& command) {
   const Info info = kind == FileKind::fabric    ? fabric_info(command.file, command.limits)
                     : kind == FileKind::samples ? samples_info(command.file)
                                                 : gltf_info(command.file, command.limits);
-  const std::uint64_t bytes = size_of_file(command.file);
+  const std::uint64_t bytes = file_size_or_zero(command.file);
   Json json = {{"file", command.file}, {"kind", name_of(kind)}, {"bytes", bytes}};
   json.update(info.json);
   report(command.common, "info", json,

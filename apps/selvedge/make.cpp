@@ -36,10 +36,10 @@ Json level_json(const FitOutcome& outcome, const FabricReader& reader, Side side
                {"bytes", bytes},
                {"layerBytes", layer_bytes},
                {"heldOutPsnr", k < psnr.size() ? Json(psnr[k]) : Json()}};
-  if (level.iterations > 0) {
+  if (level.mean_evaluations > 0) {
     json["trainingError"] = level.training_error;
-    json["iterations"] = level.iterations;
-    json["atLimit"] = level.at_limit;
+    json["iterations"] = level.mean_evaluations;
+    json["atLimit"] = level.unconverged_texels;
   }
   return json;
 }
@@ -56,7 +56,7 @@ Json yarn_json(const FabricReader& reader) {
 /// `output`: the samples file; empty: none.
 Json bake_json(const BakeReport& r, const std::string& output) {
   Json json = Json::object();
-  if (!output.empty()) json = {{"output", output}, {"bytes", size_of_file(output)}};
+  if (!output.empty()) json = {{"output", output}, {"bytes", file_size_or_zero(output)}};
   json.update({{"seconds", r.seconds},
                {"coverage", r.coverage},
                {"samples", r.samples},
@@ -70,15 +70,15 @@ Json bake_json(const BakeReport& r, const std::string& output) {
 }
 
 std::string bake_text(const Json& bake) {
-  return filled("baked in {seconds:.1f} s, {samples} samples, noise {noise:.2g}", bake) +
-         (bake.contains("output") ? filled(" -> {output} ({bytes} bytes)\n", bake) : "\n");
+  return fill_pattern("baked in {seconds:.1f} s, {samples} samples, noise {noise:.2g}", bake) +
+         (bake.contains("output") ? fill_pattern(" -> {output} ({bytes} bytes)\n", bake) : "\n");
 }
 
-/// `output`: the fabric file, which tells the bytes of levels and layers. Throws Failure.
+/// `output`: the fabric file, from which the bytes of levels come and layers. Throws Failure.
 Json fit_json(const FitOutcome& outcome, const std::string& output) {
   const auto reader = value_or_throw(FabricReader::open(output));
   Json json = {{"output", output},
-               {"bytes", size_of_file(output)},
+               {"bytes", file_size_or_zero(output)},
                {"sharedBytes", reader.packed_bytes(LayerKind::bases, 0)},
                {"yarn", yarn_json(reader)},
                {"peak", outcome.record.peak},
@@ -106,14 +106,14 @@ std::string fit_text(const Json& fit) {
     std::string errors;
     std::uint64_t bytes = 0;
     for (const Json& level : levels) {
-      errors += (errors.empty() ? "" : ", ") + filled("{heldOutPsnr:.2f}", level);
+      errors += (errors.empty() ? "" : ", ") + fill_pattern("{heldOutPsnr:.2f}", level);
       bytes += level["bytes"].get<std::uint64_t>();
     }
     text += fmt::format("{}: held-out {} dB by level, {} bytes\n", side, errors, bytes);
   }
   if (!fit["yarn"].is_null())
-    text += filled("yarn: {curves} curves, {nodes} nodes, {bytes} bytes\n", fit["yarn"]);
-  return text + filled("fitted in {seconds:.1f} s -> {output} ({bytes} bytes)\n", fit);
+    text += fill_pattern("yarn: {curves} curves, {nodes} nodes, {bytes} bytes\n", fit["yarn"]);
+  return text + fill_pattern("fitted in {seconds:.1f} s -> {output} ({bytes} bytes)\n", fit);
 }
 
 void add_bake(Options& options, MakeCommand& command) {
@@ -121,29 +121,29 @@ void add_bake(Options& options, MakeCommand& command) {
   options.group("Bake");
   const std::string texels = fmt::format("Texels of one repeat [{}x{}]", bake.width, bake.height);
   options.text("--texels", "N|WxH", texels, [&bake](const std::string& t) {
-    const auto n = whole_numbers_from("--texels", t, 'x', 1, 2, "32 or 32x16");
+    const auto n = parse_integer_list("--texels", t, 'x', 1, 2, "32 or 32x16");
     bake.width = n.front();
     bake.height = n.back();
   });
-  options.number("--views", bake.views, "N", "View directions").further();
-  options.number("--lights", bake.lights, "N", "Light directions").further();
+  options.number("--views", bake.views, "N", "View directions").advanced();
+  options.number("--lights", bake.lights, "N", "Light directions").advanced();
   options.number("--samples", bake.samples, "N", "Rays, or at least 36 points of yarn, per texel and view")
-      .further();
+      .advanced();
   static constexpr std::array<std::string_view, 2> roads{"lines", "paths"};
   options
       .choice("--indirect", roads,
               fmt::format("Light between yarns: along lines through the yarn, or paths on a mesh of it [{}]",
                           name_of(bake.indirect)),
               [&bake](std::size_t index) { bake.indirect = static_cast<IndirectLight>(index); })
-      .further();
+      .advanced();
   add_bounces(options, bake.bounces);
   options
       .number("--pairs", bake.held_out_pairs, "N",
               "Random pairs of directions to measure errors by, and as many to choose layers by")
-      .further();
+      .advanced();
   options
       .number("--truth-samples", bake.truth_samples, "N", "The same per texel and pair, rounded down to even")
-      .further();
+      .advanced();
   static constexpr std::array<std::string_view, 2> sides{"front", "both"};
   options.choice("--sides", sides,
                  fmt::format("both: also the back, for cloth that lets light through [{}]",
@@ -151,21 +151,24 @@ void add_bake(Options& options, MakeCommand& command) {
                  [&bake](std::size_t index) { bake.both_sides = index == 1; });
   static constexpr std::array<std::string_view, 2> on_off{"on", "off"};
   options.choice("--yarns", on_off, "Store the yarn itself: sharp close by",
-                 [&bake](std::size_t index) { bake.yarns = index == 0; });
+                 [&bake](std::size_t index) { bake.stores_yarns = index == 0; });
   options.number("--seed", bake.seed, "N", "Same seed, same bytes");
-  options.check([&options, &command] {
-    command.texels_given = options.given("--texels");
-    command.bounces_given = options.given("--bounces");
-    command.rays_given = options.given("--truth-samples");
+  options.add_check([&options, &command] {
+    command.has_texels = options.is_given("--texels");
+    command.has_bounces = options.is_given("--bounces");
+    command.has_pair_rays = options.is_given("--truth-samples");
   });
 }
 
 void add_fit(Options& options, MakeCommand& command) {
   options.group("Fit");
-  options.number("--lobes", command.options.fit.lobes, "N", "Lafortune lobes per texel").in(0, 16).further();
-  options.set_flag("--no-table", command.options.fit.view_table, false, "Leave the view table out").further();
-  options.bytes("--bytes", command.options.bytes,
-                "The most accurate fabric of at most so many bytes (K, M: KiB, MiB)");
+  options.number("--lobes", command.options.fit.lobes, "N", "Lafortune lobes per texel")
+      .in_range(0, 16)
+      .advanced();
+  options.set_flag("--no-table", command.options.fit.view_table, false, "Leave the view table out")
+      .advanced();
+  options.bytes("--bytes", command.options.file_bytes,
+                "The most accurate fabric of at most this size (K, M: KiB, MiB)");
 }
 
 /// Declares --quality, which sets the options that are not given.
@@ -173,12 +176,12 @@ void add_quality(Options& options, MakeCommand& command) {
   options.group("");
   options.choice(
       "--quality", quality_names,
-      fmt::format("draft: quick; paper: the paper's model; options beside it win [{}]", command.quality),
+      fmt::format("draft: quick; paper: the paper's model; other options win over it [{}]", command.quality),
       [&command](std::size_t index) { command.quality = quality_names[index]; });
-  options.check([&options, &command] {
+  options.add_check([&options, &command] {
     const MakeOptions quality = quality_named(command.quality);
     MakeOptions& make = command.options;
-    const auto given = [&](const char* name) { return options.declared(name) && options.given(name); };
+    const auto given = [&](const char* name) { return options.is_declared(name) && options.is_given(name); };
     if (!given("--texels")) {
       make.bake.width = quality.bake.width;
       make.bake.height = quality.bake.height;
@@ -188,42 +191,43 @@ void add_quality(Options& options, MakeCommand& command) {
     if (!given("--samples")) make.bake.samples = quality.bake.samples;
     if (!given("--pairs")) make.bake.held_out_pairs = quality.bake.held_out_pairs;
     make.bake.validation_pairs = make.bake.held_out_pairs;
-    if (!given("--yarns")) make.bake.yarns = quality.bake.yarns;
+    if (!given("--yarns")) make.bake.stores_yarns = quality.bake.stores_yarns;
     // The paper's texels have paths; the light of stored yarn comes along lines.
     if (!given("--indirect"))
-      make.bake.indirect = make.bake.yarns ? IndirectLight::lines : quality.bake.indirect;
-    options.refuse_if(
-        options.declared("input") && make.bake.indirect == IndirectLight::lines && is_stitch(command.input),
-        "needs --indirect paths", {"--bounces", "--grid"});
+      make.bake.indirect = make.bake.stores_yarns ? IndirectLight::lines : quality.bake.indirect;
+    options.refuse_if(options.is_declared("input") && make.bake.indirect == IndirectLight::lines &&
+                          is_stitch(command.input),
+                      "needs --indirect paths", {"--bounces", "--grid"});
     if (!given("--lobes")) make.fit.lobes = quality.fit.lobes;
     make.write = quality.write;
     make.budget_texels = 0;
-    make.budget.reset();
-    make.keep_yarn = given("--yarns");
+    make.layer_budget_bytes.reset();
+    make.requires_yarn = given("--yarns");
     // Without a table by name, layers are not chosen.
     if (given("--no-table") || given("--bytes")) return;
-    make.budget = quality.budget;
+    make.layer_budget_bytes = quality.layer_budget_bytes;
     make.budget_texels = quality.budget_texels;
   });
 }
 
 /// Notes the options that the fabric depends on.
 void add_recipe(Options& options, MakeCommand& command) {
-  options.check([&options, &command] {
-    for (const std::string& setting : options.texts("--set")) {
+  options.add_check([&options, &command] {
+    for (const std::string& setting : options.given_texts("--set")) {
       const std::size_t equals = setting.find('=');
       command.recipe["set"][setting.substr(0, equals)] = recipe_value(setting.substr(equals + 1));
     }
     for (const char* name :
          {"--quality", "--texels", "--views", "--lights", "--samples", "--indirect", "--bounces", "--pairs",
           "--truth-samples", "--sides", "--yarns", "--seed", "--grid", "--lobes", "--no-table"})
-      for (const std::string& text : options.texts(name)) command.recipe[name + 2] = recipe_value(text);
-    if (command.options.bytes) command.recipe["bytes"] = *command.options.bytes;
+      for (const std::string& text : options.given_texts(name)) command.recipe[name + 2] = recipe_value(text);
+    if (command.options.file_bytes) command.recipe["bytes"] = *command.options.file_bytes;
   });
 }
 
-/// CPU seconds that this processor takes now for a second's work of the one that tell_work() was measured on.
-double slowness() {
+/// CPU seconds that this processor takes now for a second's work of the one that report_estimate() was
+/// measured on.
+double relative_cpu_time() {
   constexpr double measured = 0.0016;
   double least = 1;
   std::vector<float> field(std::size_t{1} << 19, 1.0F);
@@ -245,19 +249,20 @@ double slowness() {
 
 /// Tells the cells of a chart or draft, and the time and bytes of its fabric, before the work: as measured on
 /// charts of 8 to 64 stitches, and drafts of 16 to 10,000 crossings (tests/bench/drafts).
-void tell_work(const StitchSize& size, const MakeCommand& command, const BakeOptions& bake) {
+void report_estimate(const StitchSize& size, const MakeCommand& command, const BakeOptions& bake) {
   constexpr int few = 8;
-  if (size.cells < few) return;
-  const double cells = size.cells;
+  if (size.crossing_count < few) return;
+  const double cells = size.crossing_count;
   const double texels = bake.width * bake.height;
-  const double draft_seconds = size.woven ? 1.2 + 0.005 * texels + 0.24 * std::sqrt(cells)
-                                          : 0.4 + 0.04 * std::sqrt(cells * size.radii);
-  const double longer = command.quality == "draft" ? 1 : size.woven ? 1.5 : 1.6;
-  const double seconds = slowness() * longer * draft_seconds;
-  const double kilobytes = size.woven ? 0.55 * cells + 35 * std::sqrt(cells) : 11 * cells;
-  report_remarks(command.common, command.input,
-                 {fmt::format("{} {}: about {:.0f} CPU seconds of this processor and {:.0f} KB", size.cells,
-                              size.woven ? "crossings" : "stitches", seconds, kilobytes)});
+  const double draft_seconds = size.is_woven ? 1.2 + 0.005 * texels + 0.24 * std::sqrt(cells)
+                                             : 0.4 + 0.04 * std::sqrt(cells * size.length_radii);
+  const double longer = command.quality == "draft" ? 1 : size.is_woven ? 1.5 : 1.6;
+  const double seconds = relative_cpu_time() * longer * draft_seconds;
+  const double kilobytes = size.is_woven ? 0.55 * cells + 35 * std::sqrt(cells) : 11 * cells;
+  report_remarks(
+      command.common, command.input,
+      {fmt::format("{} {}: about {:.0f} CPU seconds of this processor and {:.0f} KB", size.crossing_count,
+                   size.is_woven ? "crossings" : "stitches", seconds, kilobytes)});
 }
 
 /// Loads the cell and bakes it, with progress.
@@ -265,19 +270,19 @@ Baked bake_cell(const MakeCommand& command) {
   const CommonOptions& common = command.common;
   BakeOptions options = command.options.bake;
   CellOptions cell_options = command.cell;
-  cell_options.start = [&](const StitchSize& size) {
-    value_or_throw(set_texels(size.min_texels, size.repeats, command.texels_given, command.input,
+  cell_options.on_start = [&](const StitchSize& size) {
+    value_or_throw(set_texels(size.min_texels, size.repeats, command.has_texels, command.input,
                               command.options.bake, options));
-    if (!command.rays_given) share_rays(options);
-    tell_work(size, command, options);
+    if (!command.has_pair_rays) reduce_pair_samples(options);
+    report_estimate(size, command, options);
   };
-  cell_options.mesh_of_stitch = options.indirect == IndirectLight::paths;
+  cell_options.needs_stitch_mesh = options.indirect == IndirectLight::paths;
   const auto cell = value_or_throw(find_cell(command.input, cell_options));
   if (cell.stitch)
-    value_or_throw(set_texels(cell.stitch->min_texels, cell.stitch->repeats, command.texels_given,
+    value_or_throw(set_texels(cell.stitch->min_texels, cell.stitch->repeats, command.has_texels,
                               command.input, command.options.bake, options));
   // The hue of yarn that scatters inside comes from many bounces.
-  if (!command.bounces_given && !cell.mesh.transmission.empty()) options.bounces = unlimited_bounces;
+  if (!command.has_bounces && !cell.mesh.transmission.empty()) options.bounces = unlimited_bounces;
   TerminalProgress progress("bake", common.quiet);
   Json provenance = {{"software", "selvedge " SELVEDGE_VERSION},
                      {"stitch", std::filesystem::path(command.input).filename().string()}};
@@ -289,7 +294,7 @@ Baked bake_cell(const MakeCommand& command) {
   const V2d& period = cell.yarn ? cell.yarn->period : cell.mesh.period;
   if (cell.stitch && !yarns.curves.empty()) {
     const auto sheet = reading(command.input, [&] { return sheet_of(*cell.stitch, yarns, period); });
-    if (options.yarns || sheet) provenance["sheet"] = value_or_throw(sheet);
+    if (options.stores_yarns || sheet) provenance["sheet"] = value_or_throw(sheet);
   }
   if (cell.stitch) provenance["recipe"] = recipe_of(provenance["stitch"], *cell.stitch, command.recipe);
   const std::string text = provenance.dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -367,9 +372,9 @@ Result<int> run_fit(const MakeCommand& command) {
 }
 
 Result<int> run_make(const MakeCommand& command) {
-  if (!command.list.empty()) return make_list(command);
+  if (!command.list_path.empty()) return make_from_list(command);
   const MadeFabric made = make_file(command);
-  const Json json{{"bake", bake_json(made.bake, command.samples)},
+  const Json json{{"bake", bake_json(made.bake, command.samples_path)},
                   {"fit", fit_json(made.fit, command.output)}};
   report(command.common, "make", json, bake_text(json["bake"]) + fit_text(json["fit"]));
   return 0;
@@ -382,19 +387,25 @@ void declare_make(Options& options, MakeCommand& command) {
   add_quality(options, command);
   add_recipe(options, command);
   options.output(command.output, "The fabric file");
-  options.text("--keep-samples", command.samples, "FILE", "Keep the samples in this file").writes().further();
-  options.text("--depfile", command.depfile, "FILE", "The input files as a rule for Make").writes().further();
-  options.text("--list", command.list, "FILE", "Many fabrics, a line each: twill -o t.fabric.exr").reads();
-  options.number("--line", command.line, "N", "Make this line alone: a job of a job array").in(1, 1e9);
-  options.check([&options, &command] {
-    const bool many = !command.list.empty();
-    if (many && options.given("input")) refuse("--list", "excludes a stitch");
+  options.text("--keep-samples", command.samples_path, "FILE", "Keep the samples in this file")
+      .writes()
+      .advanced();
+  options.text("--depfile", command.depfile, "FILE", "The input files as a rule for Make")
+      .writes()
+      .advanced();
+  options.text("--list", command.list_path, "FILE", "Many fabrics, a line each: twill -o t.fabric.exr")
+      .reads();
+  options.number("--line", command.list_line, "N", "Make this line alone: a job of a job array")
+      .in_range(1, 1e9);
+  options.add_check([&options, &command] {
+    const bool many = !command.list_path.empty();
+    if (many && options.is_given("input")) refuse("--list", "excludes a stitch");
     if (many)
       options.refuse_all_but({"--list", "--line", "--json", "--quiet", "--threads"},
                              "has no effect with --list: write it into the list");
     options.refuse_if(!many, "needs --list", {"--line"});
-    if (!many && !options.given("input")) refuse("input", "is required, or --list");
-    if (!many && !options.given("--output")) refuse("--output", "is required");
+    if (!many && !options.is_given("input")) refuse("input", "is required, or --list");
+    if (!many && !options.is_given("--output")) refuse("--output", "is required");
   });
 }
 
@@ -412,13 +423,13 @@ Result<MakeCommand> make_command_of(const std::vector<std::string>& words, const
 }
 
 MadeFabric make_file(const MakeCommand& command) {
-  value_or_throw(check_writable({command.output, command.samples, command.depfile}));
+  value_or_throw(check_writable({command.output, command.samples_path, command.depfile}));
   MakeCommand needed = command;
   // Else no layers are chosen.
-  if (!command.options.budget && !command.options.bytes && command.samples.empty())
+  if (!command.options.layer_budget_bytes && !command.options.file_bytes && command.samples_path.empty())
     needed.options.bake.validation_pairs = 0;
   Baked baked = bake_cell(needed);
-  if (!command.samples.empty()) value_or_throw(write_samples(command.samples, baked.samples));
+  if (!command.samples_path.empty()) value_or_throw(write_samples(command.samples_path, baked.samples));
   MadeFabric made{std::move(baked.report), fit_samples(baked.samples, command)};
   value_or_throw(write_fabric(command.output, made.fit.fabric, command.options.write));
   if (!command.depfile.empty()) value_or_throw(write_depfile(command));

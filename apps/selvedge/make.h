@@ -20,17 +20,17 @@ struct MakeCommand {
   CellOptions cell;
   MakeOptions options = quality_named(default_quality);
   std::string quality{default_quality};
-  bool texels_given = false;     ///< if not, the stitch may raise the default
-  bool bounces_given = false;    ///< if not, paths within translucent yarn have any number of bounces
-  bool rays_given = false;       ///< if not, many texels share the rays of a pair
+  bool has_texels = false;       ///< if not, the stitch may raise the default
+  bool has_bounces = false;      ///< if not, paths within translucent yarn have any number of bounces
+  bool has_pair_rays = false;    ///< if not, many texels share the rays of a pair
   Json recipe = Json::object();  ///< options that the fabric depends on, as given
-  std::string samples;           ///< file to keep them in; empty: none
+  std::string samples_path;      ///< file to keep them in; empty: none
   std::string depfile;           ///< empty: none
-  std::string list;              ///< file with the words of a make on each line; empty: a single fabric
-  std::optional<int> line;       ///< of the list, from 1; default: all
+  std::string list_path;         ///< file with the words of a make on each line; empty: a single fabric
+  std::optional<int> list_line;  ///< of the list, from 1; default: all
 };
 
-/// For pages: the built-in `stitches` and their parameters, as `stitch --list NAME --json` tells them, and
+/// For pages: the built-in `stitches` and their parameters, as `stitch --list NAME --json` prints them, and
 /// the `kinds` of yarn.
 Json stitches_for_pages();
 
@@ -44,7 +44,7 @@ struct MadeFabric {
 };
 
 /// Makes the fabrics of a list, or of one of its lines, and reports them.
-Result<int> make_list(const MakeCommand& command);
+Result<int> make_from_list(const MakeCommand& command);
 /// Makes a fabric and writes its files. Throws Failure.
 MadeFabric make_file(const MakeCommand& command);
 

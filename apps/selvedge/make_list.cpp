@@ -49,7 +49,8 @@ Result<std::vector<std::string>> words_of(const std::string& line, const std::st
   return words;
 }
 
-/// The makes of the list. All lines are parsed before the first is made: a fault in the last is told at once.
+/// The makes of the list. All lines are parsed before the first is made: a fault in the last is reported at
+/// once.
 List read_list(const std::string& path) {
   constexpr std::uintmax_t max_bytes = std::uintmax_t{64} << 20;
   const auto refuse = [&](int number, const std::string& why) {
@@ -58,19 +59,19 @@ List read_list(const std::string& path) {
   List list;
   std::map<std::string, int> outputs;         // numbers of lines, by the file that they write
   std::map<std::string, std::string> inputs;  // names, by the file
-  inputs.emplace(identity_of(path), path);
+  inputs.emplace(file_identity(path), path);
   std::istringstream text(value_or_throw(read_file(path, max_bytes)));
   for (std::string line; std::getline(text, line);) {
     const std::string place = fmt::format("line {}", ++list.count);
-    if (printable(line) != line) refuse(list.count, "has a control character");
+    if (escape_unprintable(line) != line) refuse(list.count, "has a control character");
     const auto words = value_or_throw(words_of(line, path, place));
     if (words.empty()) continue;
     MakeCommand command = value_or_throw(make_command_of(words, path, place));
-    if (!command.list.empty()) refuse(list.count, "--list has no place in a list");
-    for (const std::string& file : files_of_cell(command.input)) inputs.emplace(identity_of(file), file);
-    for (const std::string& file : {command.output, command.samples, command.depfile}) {
+    if (!command.list_path.empty()) refuse(list.count, "--list has no place in a list");
+    for (const std::string& file : files_of_cell(command.input)) inputs.emplace(file_identity(file), file);
+    for (const std::string& file : {command.output, command.samples_path, command.depfile}) {
       if (file.empty()) continue;
-      const auto [before, is_new] = outputs.emplace(identity_of(file), list.count);
+      const auto [before, is_new] = outputs.emplace(file_identity(file), list.count);
       if (!is_new) refuse(list.count, fmt::format("writes {}, as line {} does", file, before->second));
     }
     list.lines.push_back({list.count, std::move(command)});
@@ -84,24 +85,26 @@ List read_list(const std::string& path) {
 
 }  // namespace
 
-Result<int> make_list(const MakeCommand& command) {
+Result<int> make_from_list(const MakeCommand& command) {
   const CommonOptions& common = command.common;
-  List list = read_list(command.list);
-  if (command.line && *command.line > list.count)
-    return fail(Code::option_out_of_range, command.list, fmt::format("line {}", *command.line),
+  List list = read_list(command.list_path);
+  if (command.list_line && *command.list_line > list.count)
+    return fail(Code::option_out_of_range, command.list_path, fmt::format("line {}", *command.list_line),
                 fmt::format("the list has {} lines", list.count));
   Json rows = Json::array();
   int made = 0;
   int failed = 0;
   for (List::Line& line : list.lines) {
-    if (command.line && line.number != *command.line) continue;
+    if (command.list_line && line.number != *command.list_line) continue;
     line.command.common = common;
     const std::string& output = line.command.output;
     Json row = {{"line", line.number}, {"output", output}};
-    const auto result = guarded(output, [&]() -> Result<MadeFabric> { return make_file(line.command); });
+    const auto result =
+        catch_exceptions(output, [&]() -> Result<MadeFabric> { return make_file(line.command); });
     if (result) {
       ++made;
-      row.update({{"bytes", size_of_file(output)}, {"seconds", result->bake.seconds + result->fit.seconds}});
+      row.update(
+          {{"bytes", file_size_or_zero(output)}, {"seconds", result->bake.seconds + result->fit.seconds}});
     } else {
       ++failed;
       row["error"] = to_json(result.error());
@@ -109,10 +112,10 @@ Result<int> make_list(const MakeCommand& command) {
     }
     rows.push_back(row);
     const char* pattern = result ? "{output}: {bytes} bytes, {seconds:.1f} s\n" : "{output}: failed\n";
-    if (!common.json && !common.quiet) fmt::print("{}", printable(filled(pattern, row)));
+    if (!common.json && !common.quiet) fmt::print("{}", escape_unprintable(fill_pattern(pattern, row)));
   }
-  report(common, "make", {{"list", command.list}, {"made", made}, {"failed", failed}, {"fabrics", rows}},
-         fmt::format("{}: {} made, {} failed\n", command.list, made, failed));
+  report(common, "make", {{"list", command.list_path}, {"made", made}, {"failed", failed}, {"fabrics", rows}},
+         fmt::format("{}: {} made, {} failed\n", command.list_path, made, failed));
   return failed > 0 ? 1 : 0;
 }
 

@@ -35,27 +35,27 @@ Option add_cell(Options& options, std::string& input, CellOptions& cell) {
                    "weaving draft (.wif), a knitting chart (.txt), or a mesh (.obj .ply)");
   option.required().reads();
   options
-      .number("--grid", cell.mesh.cells_across, "N",
+      .number("--grid", cell.mesh.cubes_across, "N",
               "Stitches: marching cubes along the longer period (0: as the yarns need)")
-      .further();
+      .advanced();
   add_settings(options, cell);
   options.group("Meshes from files");
   MeshImportOptions& import = cell.import;
   options.text("--period", "WxH", "Size of one repeat, mm, such as 5x4 (guessed)",
                [&import](const std::string& t) {
-                 const auto n = numbers_from("--period", t, 'x', 2, 2, "5x4");
+                 const auto n = parse_number_list("--period", t, 'x', 2, 2, "5x4");
                  import.period = V2d(n[0], n[1]);
                });
-  options.number("--unit", import.scale_to_mm, "MM", "Millimetres per unit of the file (guessed)").further();
+  options.number("--unit", import.scale_to_mm, "MM", "Millimetres per unit of the file (guessed)").advanced();
   static constexpr std::array<std::string_view, 3> axes{"x", "y", "z"};
   options
       .choice("--up", axes, "The file's axis out of the cloth (guessed)",
               [&import](std::size_t axis) {
                 import.up_axis = std::array{UpAxis::x, UpAxis::y, UpAxis::z}[axis];
               })
-      .further();
+      .advanced();
   options.vector("--albedo", import.albedo, "R,G,B", "Linear, where the file has no colours (0.5,0.5,0.5)")
-      .further();
+      .advanced();
   options.group("");
   return option;
 }
@@ -67,7 +67,7 @@ void add_bounces(Options& options, int& bounces) {
                [&bounces](const std::string& t) {
                  bounces = t == "unlimited"
                                ? unlimited_bounces
-                               : whole_numbers_from("--bounces", t, ',', 1, 1, "2 or unlimited")[0];
+                               : parse_integer_list("--bounces", t, ',', 1, 1, "2 or unlimited")[0];
                  if (t != "unlimited" && bounces < 0) refuse("--bounces", "must not be negative");
                });
 }

@@ -44,11 +44,11 @@ void declare(Options& options, PlanCommand& command) {
       "one that shows everything)");
   options.number("--distance", command.camera.distance, "METRES", "Metres from the point that is looked at");
   add_camera(options, command.camera);
-  options.check([&options, &command] {
+  options.add_check([&options, &command] {
     const std::initializer_list<const char*> own{"--azimuth",      "--elevation", "--fov",
                                                  "--orthographic", "--distance",  "--look-at"};
     options.refuse_if(!command.cameras.empty(), "has no effect with --camera", own);
-    command.own_camera = std::ranges::any_of(own, [&](const char* name) { return options.given(name); });
+    command.own_camera = std::ranges::any_of(own, [&](const char* name) { return options.is_given(name); });
   });
 }
 
@@ -61,7 +61,7 @@ std::vector<Camera> cameras_of(const Scene& scene, const PlanCommand& command) {
   }
   std::vector<Camera> cameras;
   for (const std::string& name : names)
-    cameras.push_back(value_or_throw(camera_of(scene, name, points, aspect, command.camera)));
+    cameras.push_back(value_or_throw(find_scene_camera(scene, name, points, aspect, command.camera)));
   if (cameras.empty()) cameras.push_back(value_or_throw(make_camera(points, aspect, command.camera)));
   return cameras;
 }
@@ -143,8 +143,8 @@ void add_sizes(const ScreenTriangle& triangle, const std::array<V2d, 3>& at, con
     const auto slope = [&](const V3d& gradient, int axis) {
       return static_cast<float>((gradient[axis] - gradient.dot(screen) * w * one[axis]) * w * pixel[axis]);
     };
-    const TexelSlopes slopes{{slope(u, 0), slope(v, 0)}, {slope(u, 1), slope(v, 1)}};
-    const double size = pixel_size(slopes);
+    const TexelDerivatives slopes{{slope(u, 0), slope(v, 0)}, {slope(u, 1), slope(v, 1)}};
+    const double size = pixel_width_texels(slopes);
     seen.smallest = std::min(seen.smallest, size);
     seen.largest = std::max(seen.largest, size);
   }
@@ -207,7 +207,8 @@ void add_pixels(const Scene& scene, const Camera& camera, const std::vector<bool
 /// Whether a material hides what lies behind: without holes, or as cloth with few that no frame shows one
 /// by one.
 bool hides(const SceneMaterial& material, const Seen& seen, const std::vector<Fabric>& fabrics) {
-  if (material.alpha_mode == AlphaMode::opaque || !material.fabric || material.kept.mask.image >= 0)
+  if (material.alpha_mode == AlphaMode::opaque || !material.fabric ||
+      material.garment_textures.mask.image >= 0)
     return material.alpha_mode == AlphaMode::opaque;
   const Fabric& fabric = fabrics[material.fabric->fabric];
   const int last = static_cast<int>(fabric.levels.size()) - 1;
@@ -237,8 +238,9 @@ Json material_json(const Seen& seen, double frames, const Fabric& fabric) {
       is_seen ? std::clamp(static_cast<int>(std::floor(level(seen.smallest) - margin)), 0, last) : last;
   const int coarsest =
       is_seen ? std::clamp(static_cast<int>(std::ceil(level(seen.largest) + margin)), first, last) : last;
-  const bool yarn = is_seen && yarn_weight(static_cast<float>(seen.smallest), largest_yarn_pixel(fabric)) > 0;
-  // Below so many texels, files grow (spread layers have a channel for each number of a texel).
+  const bool yarn =
+      is_seen && yarn_weight(static_cast<float>(seen.smallest), max_yarn_pixel_texels(fabric)) > 0;
+  // Below this, files grow (spread layers have a channel for each number of a texel).
   const int fewest = yarn ? 8 : 4;
   const V2i texels(std::max(level_size(fabric.texels().x, first), std::min(fewest, fabric.texels().x)),
                    std::max(level_size(fabric.texels().y, first), std::min(fewest, fabric.texels().y)));
@@ -269,7 +271,7 @@ Result<int> run(const PlanCommand& command) {
   std::vector<Seen> seen(scene.materials.size());
   const std::vector<Camera> cameras = cameras_of(scene, command);
   std::vector<bool> hiding(seen.size());
-  // The first pass tells where pixels are so fine that holes are seen, and what lies behind them.
+  // The first pass finds where pixels are so fine that holes are seen, and what lies behind them.
   for (int pass = 0; pass < 2; ++pass) {
     for (std::size_t i = 0; i < seen.size(); ++i) hiding[i] = hides(scene.materials[i], seen[i], fabrics);
     seen.assign(seen.size(), {});
@@ -291,10 +293,10 @@ Result<int> run(const PlanCommand& command) {
         {"index", i}, {"name", material.name}, {"fabric", scene.fabrics[material.fabric->fabric].name}};
     json.update(
         material_json(seen[i], static_cast<double>(cameras.size()), fabrics[material.fabric->fabric]));
-    text += filled("#{index} {name} ({fabric}): levels {levels/0} to {levels/1} of 0 to " +
-                       std::to_string(json["levelsOfFabric"].get<int>() - 1) +
-                       ", yarn {yarn}, sides seen: {sides}\n    selvedge make STITCH {make}\n",
-                   json);
+    text += fill_pattern("#{index} {name} ({fabric}): levels {levels/0} to {levels/1} of 0 to " +
+                             std::to_string(json["levelsOfFabric"].get<int>() - 1) +
+                             ", yarn {yarn}, sides seen: {sides}\n    selvedge make STITCH {make}\n",
+                         json);
     materials.push_back(std::move(json));
   }
   if (materials.empty())

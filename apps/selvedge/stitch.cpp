@@ -31,7 +31,7 @@ void declare(Options& options, StitchCommand& command) {
   options.flag("--list", command.list, "The built-in stitches, or the parameters of one");
   options.output(command.output, "The cell's mesh (.obj .ply), or the stitch description (.json)",
                  {".obj", ".ply", ".json"});
-  options.check([&command] {
+  options.add_check([&command] {
     if (command.input.empty() && !command.list) refuse("stitch", "a stitch or --list is required");
   });
 }
@@ -48,11 +48,11 @@ Result<int> list_parameters(const StitchCommand& command, const StitchInfo& info
   for (const StitchParameter& p : info.parameters) {
     if (p.name.ends_with(yarn_parameter)) {
       text += fmt::format("  {:20} {:>16}  {}\n", p.name,
-                          yarn_kinds()[static_cast<std::size_t>(p.value.front())].name, p.meaning);
+                          yarn_kinds()[static_cast<std::size_t>(p.default_value.front())].name, p.meaning);
       continue;
     }
-    text +=
-        fmt::format("  {:20} {:>16}  {} ({:g} to {:g})\n", p.name, text_of(p.value), p.meaning, p.min, p.max);
+    text += fmt::format("  {:20} {:>16}  {} ({:g} to {:g})\n", p.name, text_of(p.default_value), p.meaning,
+                        p.min, p.max);
   }
   report(command.common, "stitch", to_json(info), text);
   return 0;
@@ -63,8 +63,8 @@ Result<int> list_stitches(const StitchCommand& command) {
   std::string text;
   for (const StitchInfo& info : built_in_stitches()) {
     if (info.name == command.input) return list_parameters(command, info);
-    list.push_back({{"name", info.name}, {"description", info.description}, {"cover", info.cover}});
-    text += fmt::format("{:14} cover {:.3f}  {}\n", info.name, info.cover, info.description);
+    list.push_back({{"name", info.name}, {"description", info.description}, {"cover", info.cover_fraction}});
+    text += fmt::format("{:14} cover {:.3f}  {}\n", info.name, info.cover_fraction, info.description);
   }
   if (!command.input.empty())
     return fail(Code::stitch_unknown, command.input, "--list", "is no built-in stitch");
@@ -81,7 +81,7 @@ Result<int> write_description(const StitchCommand& command) {
                   {"thicknessFraction", stitch.thickness_fraction},
                   {"remarks", stitch.remarks}};
   report(command.common, "stitch", json,
-         filled("{stitch}: {yarns} yarns -> {output}\n", json) + lines_text(json["remarks"], "  {}"));
+         fill_pattern("{stitch}: {yarns} yarns -> {output}\n", json) + lines_text(json["remarks"], "  {}"));
   return 0;
 }
 
@@ -95,7 +95,7 @@ Result<int> run(const StitchCommand& command) {
                {"triangles", mesh.triangles.size()},
                {"periodMm", mesh.period},
                {"heightMm", bounds_of(mesh).size().z}};
-  std::string text = filled(
+  std::string text = fill_pattern(
       "{stitch}: {vertices} vertices, {triangles} triangles, {periodMm:.5g} mm, {heightMm:.3g} mm high",
       json);
   if (cell.stitch) {
@@ -107,21 +107,21 @@ Result<int> run(const StitchCommand& command) {
                 ? ", yarns touch"
                 : fmt::format(", yarns {} {:.2g} mm", clearance < 0 ? "overlap by" : "are apart by",
                               std::abs(clearance));
-    const auto numbers = value_or_throw(
-        reading(command.input, [&] { return textile_numbers(cell.stitch->pattern, cell.stitch->stitches); }));
+    const auto numbers = value_or_throw(reading(
+        command.input, [&] { return textile_numbers(cell.stitch->pattern, cell.stitch->stitch_count); }));
     json["tex"] = numbers.tex;
     json["tightness"] = numbers.tightness;
-    json["gramsPerM2"] = numbers.weight;
+    json["gramsPerM2"] = numbers.weight_g_per_m2;
     json["thicknessMm"] = numbers.thickness_mm;
-    json["cover"] = numbers.cover;
-    json["coverWithHairs"] = numbers.cover_hairs;
+    json["cover"] = numbers.cover_fraction;
+    json["coverWithHairs"] = numbers.cover_fraction_with_hairs;
     text += fmt::format(", {:.0f} g/m2, {:.1f} mm thick, {:.0f} tex, cover {:.3f} ({:.3f} with hairs)",
-                        numbers.weight, numbers.thickness_mm, numbers.tex.front(), numbers.cover,
-                        numbers.cover_hairs);
+                        numbers.weight_g_per_m2, numbers.thickness_mm, numbers.tex.front(),
+                        numbers.cover_fraction, numbers.cover_fraction_with_hairs);
     if (numbers.tightness > 0) text += fmt::format(", tightness {:.1f}", numbers.tightness);
   } else {
     const MeshChoices& c = *cell.choices;
-    json["guessed"] = {{"period", c.period_from}, {"unit", c.scale_from}, {"up", c.up_axis_from}};
+    json["guessed"] = {{"period", c.period_source}, {"unit", c.scale_source}, {"up", c.up_axis_source}};
     json["unitMm"] = c.scale_to_mm;
     json["up"] = name_of(c.up_axis);
   }

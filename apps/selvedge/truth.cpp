@@ -41,7 +41,7 @@ void declare(Options& options, TruthCommand& command) {
   add_bounces(options, trace.bounces);
   options.number("--seed", trace.seed, "N", "Same seed, same picture");
   add_cell(options, command.input, command.cell);
-  options.check([&command] {
+  options.add_check([&command] {
     if (command.size.x > 4 * command.size.y) refuse("--size", "must be at most four times as wide as high");
   });
 }
@@ -64,7 +64,7 @@ Result<int> run(const TruthCommand& command) {
   const TruthSwatch traced = trace(command);
   const Json json = {{"input", command.input},
                      {"output", command.output},
-                     {"bytes", size_of_file(command.output)},
+                     {"bytes", file_size_or_zero(command.output)},
                      {"place", name_of(command.place)},
                      {"width", command.size.x},
                      {"height", command.size.y},
@@ -73,9 +73,9 @@ Result<int> run(const TruthCommand& command) {
                      {"noise", traced.noise},
                      {"alphaNoise", traced.alpha_noise}};
   report(command.common, "truth", json,
-         filled("{place} swatch, {width}x{height} pixels, in {seconds:.2f} s, standard error "
-                "{noise:.2g} (opacity {alphaNoise:.2g}) -> {output} ({bytes} bytes)\n",
-                json));
+         fill_pattern("{place} swatch, {width}x{height} pixels, in {seconds:.2f} s, standard error "
+                      "{noise:.2g} (opacity {alphaNoise:.2g}) -> {output} ({bytes} bytes)\n",
+                      json));
   return 0;
 }
 

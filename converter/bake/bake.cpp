@@ -31,10 +31,10 @@ YarnData stored_yarns(const CellMesh& mesh, BakeReport& report) {
   FoundYarns found = find_yarns(mesh);
   YarnData lit = found.yarns;
   lit.light.resize(std::size_t{light_values_per_station} * counts_of(lit).stations);
-  const bool stored = found.fraction >= min_fraction && validate(lit, V2f(mesh.period)).has_value();
-  if (!stored || found.fraction < fraction_without_remark) {
+  const bool stored = found.explained_fraction >= min_fraction && validate(lit, V2f(mesh.period)).has_value();
+  if (!stored || found.explained_fraction < fraction_without_remark) {
     report.remarks.push_back(fmt::format("{:.0f} % of the surface is not round yarn: {}",
-                                         100 * (1 - found.fraction),
+                                         100 * (1 - found.explained_fraction),
                                          stored ? "it is missing close by" : "no yarns are stored"));
   }
   return stored ? std::move(found.yarns) : YarnData();
@@ -77,11 +77,11 @@ YarnData lit_yarns(const YarnCell& cell, const BakeOptions& o, const SamplesHead
   yarns.light.assign(std::size_t{light_values_per_station} * counts_of(yarns).stations, 0);
   value_or_throw(validate(yarns, header.period_mm));
   LineLightOptions lines{o.both_sides};
-  if (o.rough_light) {
-    lines.directions = 32;
-    lines.spacing = 1;
+  if (o.has_coarse_light) {
+    lines.direction_count = 32;
+    lines.spacing_radii = 1;
   }
-  if (!light_yarn(yarns, header.period_mm, cell.through, lines))
+  if (!compute_yarn_light(yarns, header.period_mm, cell.wall_transmission, lines))
     report.remarks.emplace_back("yarn that absorbs next to nothing: some of its light may be missing");
   auto stored = value_or_throw(
       yarns_from_values(curve_values(yarns), indirect_values(yarns), header.yarns, header.period_mm));
@@ -99,9 +99,9 @@ double coverage_of(const Samples& samples) {
 }
 
 /// Tells the fraction of the work that is done, in rays times lights.
-class Work {
+class ProgressMeter {
  public:
-  Work(const SamplesHeader& header, const Progress& progress)
+  ProgressMeter(const SamplesHeader& header, const Progress& progress)
       : view(1.0 * header.samples_per_texel * header.light_count()),
         pair(header.truth_samples),
         progress_(progress) {
@@ -124,13 +124,13 @@ class Work {
 void finish(Baked& baked, const BakeOptions& o, const NoiseSum& noise, const NoiseSum& held_out) {
   Samples& samples = baked.samples;
   BakeReport& report = baked.report;
-  value_or_throw(round_as_stored(samples));
+  value_or_throw(round_to_half(samples));
   nlohmann::json text = provenance_json(samples.header.provenance);
-  text["bake"]["noise"] = {{"samples", noise.relative()}, {"truth", held_out.relative()}};
+  text["bake"]["noise"] = {{"samples", noise.relative_error()}, {"truth", held_out.relative_error()}};
   samples.header.provenance = text.dump();
   report.coverage = coverage_of(samples);
-  report.noise = noise.relative();
-  report.truth_noise = held_out.relative();
+  report.noise = noise.relative_error();
+  report.truth_noise = held_out.relative_error();
   report.samples = samples.header.samples_per_texel;
   report.truth_samples = samples.header.truth_samples;
   report.reference_height = static_cast<double>(samples.header.reference_height);
@@ -146,17 +146,17 @@ Baked baked_mesh(const CellMesh& given, const std::string& name, const BakeOptio
   Baked baked;
   BakeReport& report = baked.report;
   CellMesh mesh = given;
-  if (o.yarns) mesh.yarns = stored_yarns(given, report);
+  if (o.stores_yarns) mesh.yarns = stored_yarns(given, report);
   YarnCell cell = yarn_cell_of(mesh);
   cell.thickness = traced.thickness_mm();
-  const double plane = plane_height * cell.thickness;
+  const double plane = plane_height_fraction * cell.thickness;
 
   Samples& samples = baked.samples;
   SamplesHeader& header = samples.header = samples_header(cell, digest_of(mesh), o, plane, provenance);
-  const TexelBaker baker(traced.scene, o.bounces, V2i(o.width, o.height), plane / traced.mm);
-  Work work(header, progress);
-  const std::vector<V3f> views = directions_of(header.views, header.both_sides);
-  const std::vector<V3f> lights = directions_of(header.lights, header.both_sides);
+  const TexelBaker baker(traced.scene, o.bounces, V2i(o.width, o.height), plane / traced.mm_per_unit);
+  ProgressMeter work(header, progress);
+  const std::vector<V3f> views = cell_directions(header.views, header.both_sides);
+  const std::vector<V3f> lights = cell_directions(header.lights, header.both_sides);
   NoiseSum noise;
   for (std::size_t v = 0; v < views.size(); ++v) {
     NoiseSum of_view;
@@ -183,21 +183,21 @@ Baked baked_yarn(const YarnCell& cell, const std::string& name, const BakeOption
                  const std::string& provenance, const Progress& progress) {
   const Stopwatch watch;
   BakeOptions o = options;
-  o.yarns = true;
+  o.stores_yarns = true;
   o.indirect = IndirectLight::lines;
   o.bounces = unlimited_bounces;
   value_or_throw(check_options(o, name));
   for (int* points : {&o.samples, &o.truth_samples})
     *points = points_of_texel(V2i(o.width, o.height), *points);
-  const double plane = plane_height * cell.thickness;
+  const double plane = plane_height_fraction * cell.thickness;
   Baked baked;
   Samples& samples = baked.samples;
   SamplesHeader& header = samples.header = samples_header(cell, digest_of(cell), o, plane, provenance);
   samples.yarns = lit_yarns(cell, o, header, baked.report);
   const YarnSampler sampler(samples.yarns, cell, header.reference_height, V2i(o.width, o.height),
                             o.both_sides);
-  Work work(header, progress);
-  // Calls sample(i) for all of them, on all threads, and tells the progress between.
+  ProgressMeter work(header, progress);
+  // Calls sample(i) for all of them, on all threads, and reports progress between them.
   const auto in_parallel = [&](std::size_t count, double each, const auto& sample) {
     constexpr std::size_t at_once = 32;
     for (std::size_t first = 0; first < count; first += at_once) {
@@ -206,12 +206,12 @@ Baked baked_yarn(const YarnCell& cell, const std::string& name, const BakeOption
       work.done(each * static_cast<double>(end - first));
     }
   };
-  const std::vector<V3f> views = directions_of(header.views, header.both_sides);
-  const std::vector<V3f> lights = directions_of(header.lights, header.both_sides);
+  const std::vector<V3f> views = cell_directions(header.views, header.both_sides);
+  const std::vector<V3f> lights = cell_directions(header.lights, header.both_sides);
   std::vector<NoiseSum> noise(views.size());
   samples.views.resize(views.size());
   in_parallel(views.size(), work.view,
-              [&](int v) { samples.views[v] = sampler.view(views[v], lights, o.samples, noise[v]); });
+              [&](int v) { samples.views[v] = sampler.sample_view(views[v], lights, o.samples, noise[v]); });
   NoiseSum all;
   for (const NoiseSum& of_view : noise) all += of_view;
   NoiseSum held_out;
@@ -220,14 +220,14 @@ Baked baked_yarn(const YarnCell& cell, const std::string& name, const BakeOption
     std::vector<PairSamples> pairs(set.pairs.size());
     noise.assign(set.pairs.size(), {});
     in_parallel(set.pairs.size(), work.pair,
-                [&](int p) { pairs[p] = sampler.pair(set.pairs[p], header.truth_samples, noise[p]); });
+                [&](int p) { pairs[p] = sampler.sample_pair(set.pairs[p], header.truth_samples, noise[p]); });
     for (const PairSamples& pair : pairs) add_pair(set, pair);
     for (const NoiseSum& of_pair : noise) {
       if (kind == PairKind::held_out) held_out += of_pair;
     }
   }
   finish(baked, o, all, held_out);
-  if (!options.yarns) {
+  if (!options.stores_yarns) {
     samples.yarns = {};
     header.yarns = {};
   }
@@ -239,12 +239,12 @@ Baked baked_yarn(const YarnCell& cell, const std::string& name, const BakeOption
 
 Result<Baked> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
                    const std::string& provenance, const Progress& progress) {
-  return result_of([&] { return baked_mesh(mesh, name, options, provenance, progress); });
+  return catch_failure([&] { return baked_mesh(mesh, name, options, provenance, progress); });
 }
 
 Result<Baked> bake(const YarnCell& cell, const std::string& name, const BakeOptions& options,
                    const std::string& provenance, const Progress& progress) {
-  return result_of([&] { return baked_yarn(cell, name, options, provenance, progress); });
+  return catch_failure([&] { return baked_yarn(cell, name, options, provenance, progress); });
 }
 
 }  // namespace selvedge

@@ -31,13 +31,13 @@ const char* name_of(IndirectLight indirect);
 struct BakeOptions {
   int width = 32;   ///< texels along x, 1 to 4096
   int height = 32;  ///< texels along y
-  int views = 64;   ///< 1 to 4096; laid out by grid_of()
+  int views = 64;   ///< 1 to 4096; laid out by nearly_square_grid()
   int lights = 64;
   int samples = 8;  ///< rays per texel and view; of yarn alone at least 36 points (16 of over 4,096 texels)
   int bounces = 2;  ///< of a mesh: indirect bounces, 0 to 64, or unlimited_bounces
-  /// What a stitch is made into: its yarn alone, or a mesh. bake() follows what it is given.
+  /// Light of a stitch: lines of its yarn alone, paths of a mesh of it. bake() goes by what it is given.
   IndirectLight indirect = IndirectLight::paths;
-  bool rough_light = false;  ///< of yarn without a mesh: by an eighth of the lines
+  bool has_coarse_light = false;  ///< of yarn without a mesh: by an eighth of the lines
   /// Views and lights of both sides of the cloth; the samples are four times as many.
   bool both_sides = false;
   int validation_pairs = 96;
@@ -48,7 +48,7 @@ struct BakeOptions {
   std::uint64_t seed = 1;
   /// Stores the yarn itself (format/fabric/yarns.h): the yarn of the mesh, or else the result of
   /// find_yarns(), unless more than a tenth of the surface is no round yarn.
-  bool yarns = false;
+  bool stores_yarns = false;
 };
 
 struct BakeReport {
@@ -75,9 +75,9 @@ struct Baked {
 /// beside the options. The same mesh, options and seed give the same samples for any number of threads.
 Result<Baked> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
                    const std::string& provenance = "{}", const Progress& progress = {});
-/// Bakes the yarn of `cell`, which options.yarns stores, without a mesh and without rays: its light by global
-/// lines (line_light.h), its samples by the splatter (yarn_samples.h). The same for any number of threads of
-/// one kind of processor.
+/// Bakes the yarn of `cell`, which options.stores_yarns stores, without a mesh and without rays: its light by
+/// global lines (line_light.h), its samples by the splatter (yarn_samples.h). The same for any number of
+/// threads of one kind of processor.
 Result<Baked> bake(const YarnCell& cell, const std::string& name, const BakeOptions& options,
                    const std::string& provenance = "{}", const Progress& progress = {});
 

@@ -28,8 +28,8 @@ void add_pairs_of_sides(SamplesHeader& header) {
     for (const Side side : other_sides) {
       for (std::size_t p = index_of(side) - 1; p < count; p += other_sides.size()) {
         DirectionPair pair = pairs[p];
-        if (view_behind(side)) pair.view = mirrored(pair.view);
-        if (view_behind(side) != lets_through(side)) pair.light = mirrored(pair.light);
+        if (is_view_behind(side)) pair.view = mirrored(pair.view);
+        if (is_view_behind(side) != is_transmission(side)) pair.light = mirrored(pair.light);
         pairs.push_back(pair);
       }
     }
@@ -44,7 +44,7 @@ const char* name_of(IndirectLight indirect) {
 }
 
 std::uint64_t seed_of(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) {
-  return mix(mix(seed ^ mix(stream)) ^ mix(index));
+  return hash64(hash64(seed ^ hash64(stream)) ^ hash64(index));
 }
 
 Result<TracedCell> trace_cell(const CellMesh& mesh, const std::string& name) {
@@ -96,7 +96,7 @@ std::string digest_of(const CellMesh& mesh) {
   add(mesh.positions, digest);
   add(mesh.normals, digest);
   add(mesh.albedo, digest);
-  add(mesh.fibres, digest);
+  add(mesh.fibre_directions, digest);
   add(mesh.gloss, digest);
   add(mesh.triangles, digest);
   if (!mesh.places.empty()) {
@@ -105,9 +105,9 @@ std::string digest_of(const CellMesh& mesh) {
   }
   add(mesh.transmission, digest);
   add(mesh.hairs.points, digest);
-  add(mesh.hairs.roots, digest);
+  add(mesh.hairs.root_triangles, digest);
   add(mesh.hairs.radius, digest);
-  add(mesh.hairs.passed, digest);
+  add(mesh.hairs.transparency, digest);
   return digest.hex();
 }
 
@@ -115,7 +115,7 @@ std::string digest_of(const YarnCell& cell) {
   Digest digest;
   digest.update(&cell.period, sizeof cell.period);
   add(curve_values(cell.yarns), digest);
-  add(cell.through, digest);
+  add(cell.wall_transmission, digest);
   return digest.hex();
 }
 
@@ -127,20 +127,22 @@ SamplesHeader samples_header(const YarnCell& cell, const std::string& digest, co
   header.period_mm = V2f(cell.period);
   header.reference_height = static_cast<float>(plane_mm);
   header.thickness_mm = static_cast<float>(cell.thickness);
-  header.views = grid_of(o.views);
-  header.lights = grid_of(o.lights);
+  header.views = nearly_square_grid(o.views);
+  header.lights = nearly_square_grid(o.lights);
   header.samples_per_texel = o.samples;
   header.truth_samples = o.truth_samples / 2 * 2;
-  const std::uint64_t seed = mix(o.seed ^ mix(stream_directions));
+  const std::uint64_t seed = hash64(o.seed ^ hash64(stream_directions));
   if (o.pairs) {
     header.pairs = *o.pairs;
   } else {
-    header.pairs[index_of(PairKind::validation)] = random_pairs(o.validation_pairs, min_pair_z, seed);
-    header.pairs[index_of(PairKind::held_out)] = random_pairs(o.held_out_pairs, min_pair_z, seed + 1);
+    header.pairs[index_of(PairKind::validation)] =
+        random_direction_pairs(o.validation_pairs, min_pair_z, seed);
+    header.pairs[index_of(PairKind::held_out)] =
+        random_direction_pairs(o.held_out_pairs, min_pair_z, seed + 1);
     if (o.both_sides) add_pairs_of_sides(header);
   }
   header.both_sides = o.both_sides;
-  if (o.yarns) header.yarns = counts_of(cell.yarns);
+  if (o.stores_yarns) header.yarns = counts_of(cell.yarns);
   nlohmann::json text = provenance_json(provenance);
   nlohmann::json& bake = text["bake"];
   bake = {{"samples", o.samples}, {"seed", o.seed}, {"indirect", name_of(o.indirect)}, {"digest", digest}};

@@ -10,15 +10,15 @@ namespace selvedge {
 /// A cell scaled so that its longer period lies in [1, 2) units: single precision then suits every size.
 struct TracedCell {
   RayScene scene;
-  double mm = 1;  ///< per unit of the scene; a power of two, so that nothing is rounded
-  double thickness_mm() const { return static_cast<double>(scene.bounds().max.z) * mm; }
+  double mm_per_unit = 1;  ///< per unit of the scene; a power of two, so that nothing is rounded
+  double thickness_mm() const { return static_cast<double>(scene.bounds().max.z) * mm_per_unit; }
 };
 /// Refuses a mesh that validate() refuses.
 Result<TracedCell> trace_cell(const CellMesh& mesh, const std::string& name);
 
 /// Height of the texels' plane above the lowest point of a cell, in thicknesses of the cell: there a texel
 /// keeps to the same piece of yarn from all views.
-inline constexpr double plane_height = 0.9;
+inline constexpr double plane_height_fraction = 0.9;
 
 /// The seed of item `index` of an independent stream of random numbers.
 std::uint64_t seed_of(std::uint64_t seed, std::uint64_t stream, std::uint64_t index);

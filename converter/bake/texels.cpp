@@ -60,7 +60,8 @@ struct TexelBaker::TexelRays {
   Gather* late;
 };
 
-void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view, const LitBy& lights) const {
+void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view,
+                        const LightDirections& lights) const {
   const V3d towards(view);
   const V2d period = scene_.period();
   // Rays begin beyond the cell, because the reference plane may lie within the yarn. From behind, the cell is
@@ -87,14 +88,14 @@ void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view, cons
     const std::uint32_t packets_of_its_own = texel.count % lanes == 0 ? texel.count / lanes : 0;
     for (std::uint32_t k = 0; k < texel.count; ++k) {
       const std::uint32_t i = packets_of_its_own > 0 ? k % lanes * packets_of_its_own + k / lanes : k;
-      const V2d within = spread_point(i, texel.seed);
+      const V2d within = sobol_point(i, texel.seed);
       // y points up, rows of texels go down.
       const V3d on_plane((texel.x + within.x) / texels_.x * period.x,
                          (1 - (texel.y + within.y) / texels_.y) * period.y, plane_z);
       packet.origin[packet.size] = on_plane + towards * way;
       packet.gather[packet.size] = i < texel.split ? texel.early : texel.late;
       packet.index[packet.size] = i;
-      packet.seed[packet.size] = mix(texel.seed);
+      packet.seed[packet.size] = hash64(texel.seed);
       if (++packet.size < packet_size) continue;
       follow(packet, towards, lights);
       packet.size = 0;
@@ -105,13 +106,13 @@ void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view, cons
   settle();
 }
 
-void TexelBaker::follow(const Packet& packet, const V3d& view, const LitBy& lights) const {
+void TexelBaker::follow(const Packet& packet, const V3d& view, const LightDirections& lights) const {
   PointPacket points;
   const std::uint32_t hits = scene_.trace(std::span(packet.origin).first(packet.size), -view, points);
   for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
     const int i = std::countr_zero(remaining);
     ++packet.gather[i]->hits;
-    if (lights.normals) packet.gather[i]->normal += V3d(scene_.vertex_normal(points[i]));
+    if (lights.needs_normals) packet.gather[i]->normal += V3d(scene_.vertex_normal(points[i]));
   }
   light_directly(packet, points, hits, view, lights.directions);
   const std::size_t n = lights.directions.size();
@@ -140,13 +141,14 @@ void TexelBaker::light_directly(const Packet& packet, const PointPacket& points,
     V3f albedo;
     float diffuse = 1;
     if (glossy || varied) {
-      const YarnBrdf surface = surface_at(scene_, points[i]);
+      const YarnBrdf surface = brdf_at(scene_, points[i]);
       normal = V3f(surface.normal);
       albedo = V3f(surface.albedo);
       diffuse -= surface.gloss.weight;
       if (surface.transmission > 0)
-        diffuse = static_cast<float>(surface.brightness * dull_weight(surface) * (1 - surface.transmission));
-      r.gloss.set(i, surface, view);
+        diffuse =
+            static_cast<float>(surface.diffuse_factor * diffuse_weight(surface) * (1 - surface.transmission));
+      r.gloss.set_lane(i, surface, view);
     } else {
       albedo = scene_.albedo(points[i]);
     }
@@ -156,7 +158,7 @@ void TexelBaker::light_directly(const Packet& packet, const PointPacket& points,
     r.diffuse[i] = albedo * diffuse;
   }
   const std::size_t n = lights.size();
-  const LeavingPacket leaving = scene_.leave(points, hits);
+  const OffsetOrigins leaving = scene_.offset_origin(points, hits);
   for (std::size_t l = 0; l < n; ++l) {
     const V3f& light = lights[l];
     alignas(64) std::array<float, packet_size> cosine;
@@ -186,8 +188,8 @@ void TexelBaker::light_directly(const Packet& packet, const PointPacket& points,
   }
 }
 
-ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samples, std::uint64_t seed,
-                                  NoiseSum& noise) const {
+ViewSamples TexelBaker::bake_view(const V3f& view, const LightDirections& lights, int samples,
+                                  std::uint64_t seed, NoiseSum& noise) const {
   const std::size_t texels = texels_.x * texels_.y;
   const std::size_t n = lights.directions.size();
   ViewSamples out{std::vector<float>(texels), std::vector<V3f>(texels, V3f(0, 0, 0)),
@@ -207,7 +209,7 @@ ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samp
         halves[1].clear();
         const auto count = static_cast<std::uint32_t>(samples);
         const auto texel = static_cast<std::uint64_t>(y * texels_.x + x);
-        rays.push_back({x, y, count, count / 2, mix(seed ^ mix(texel)), halves, halves + 1});
+        rays.push_back({x, y, count, count / 2, hash64(seed ^ hash64(texel)), halves, halves + 1});
       }
       sample(rays, view, lights);
       for (const TexelRays& r : rays) {
@@ -228,8 +230,8 @@ ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samp
             const double b = late.radiance[c * n + l];
             radiance[static_cast<int>(c)] = static_cast<float>((a + b) / hits);
             const double d = a / std::max(1, early.rays) - b / late.rays;
-            sum.error2 += d * d * fraction;
-            sum.signal2 += (a + b) * (a + b) / (static_cast<double>(samples) * samples);
+            sum.squared_error += d * d * fraction;
+            sum.squared_signal += (a + b) * (a + b) / (static_cast<double>(samples) * samples);
           }
         }
       }
@@ -239,11 +241,11 @@ ViewSamples TexelBaker::bake_view(const V3f& view, const LitBy& lights, int samp
   return out;
 }
 
-PairSamples TexelBaker::bake_pair(const DirectionPair& pair, const LitBy& lights, int samples,
+PairSamples TexelBaker::bake_pair(const DirectionPair& pair, const LightDirections& lights, int samples,
                                   std::uint64_t seed, NoiseSum& noise) const {
   NoiseSum within_halves;
   const ViewSamples a = bake_view(pair.view, lights, samples / 2, seed, within_halves);
-  const ViewSamples b = bake_view(pair.view, lights, samples / 2, mix(seed), within_halves);
+  const ViewSamples b = bake_view(pair.view, lights, samples / 2, hash64(seed), within_halves);
   PairSamples out;
   out.width = texels_.x;
   out.height = texels_.y;
@@ -256,8 +258,8 @@ PairSamples TexelBaker::bake_pair(const DirectionPair& pair, const LitBy& lights
     out.alpha_noise.push_back((a.alpha[t] - b.alpha[t]) / 2);
     out.noise.push_back((of_a - of_b) / 2);
     out.radiance.push_back(alpha > 0 ? (of_a + of_b) / (2 * alpha) : V3f(0, 0, 0));
-    noise.error2 += static_cast<double>(out.noise[t].length2());
-    noise.signal2 += static_cast<double>((of_a + of_b).length2()) / 4;
+    noise.squared_error += static_cast<double>(out.noise[t].length2());
+    noise.squared_signal += static_cast<double>((of_a + of_b).length2()) / 4;
   }
   return out;
 }

@@ -9,22 +9,22 @@
 
 namespace selvedge {
 
-struct LitBy {
+struct LightDirections {
   std::span<const V3f> directions;
-  bool normals = true;  ///< whether to compute the visible normals
+  bool needs_normals = true;  ///< whether to compute the visible normals
 };
 
 /// Noise of sample means, summed over texels, lights and channels: `error2` estimates the squared error of
 /// opacity * radiance, `signal2` is its square. The estimate is an upper one for a single low-discrepancy
 /// set, whose halves differ by more than independent sets.
 struct NoiseSum {
-  double error2 = 0;
-  double signal2 = 0;
+  double squared_error = 0;
+  double squared_signal = 0;
   /// Root mean square error relative to the signal's root mean square; 0 without a signal.
-  double relative() const { return signal2 > 0 ? std::sqrt(error2 / signal2) : 0; }
+  double relative_error() const { return squared_signal > 0 ? std::sqrt(squared_error / squared_signal) : 0; }
   NoiseSum& operator+=(const NoiseSum& other) {
-    error2 += other.error2;
-    signal2 += other.signal2;
+    squared_error += other.squared_error;
+    squared_signal += other.squared_signal;
     return *this;
   }
 };
@@ -36,19 +36,19 @@ class TexelBaker {
       : scene_(scene), tracer_(scene, bounces), texels_(texels), plane_z_(plane_z) {}
 
   /// Samples of all texels from one view with `samples` rays each. Every view needs a seed of its own.
-  ViewSamples bake_view(const V3f& view, const LitBy& lights, int samples, std::uint64_t seed,
+  ViewSamples bake_view(const V3f& view, const LightDirections& lights, int samples, std::uint64_t seed,
                         NoiseSum& noise) const;
 
   /// Samples of one pair from two independent halves of `samples` rays. `lights` holds the pair's light.
-  PairSamples bake_pair(const DirectionPair& pair, const LitBy& lights, int samples, std::uint64_t seed,
-                        NoiseSum& noise) const;
+  PairSamples bake_pair(const DirectionPair& pair, const LightDirections& lights, int samples,
+                        std::uint64_t seed, NoiseSum& noise) const;
 
  private:
   struct Gather;
   struct Packet;
   struct TexelRays;
-  void sample(std::span<const TexelRays> texels, const V3f& view, const LitBy& lights) const;
-  void follow(const Packet& packet, const V3d& view, const LitBy& lights) const;
+  void sample(std::span<const TexelRays> texels, const V3f& view, const LightDirections& lights) const;
+  void follow(const Packet& packet, const V3d& view, const LightDirections& lights) const;
   void light_directly(const Packet& packet, const PointPacket& points, std::uint32_t hits, const V3d& view,
                       std::span<const V3f> lights) const;
 

@@ -23,9 +23,9 @@ PixelSum trace_half(const SwatchShot& shot, const TruthOptions& options, const T
   PixelSum sum;
   PathLights lights(shot.lights);
   for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(options.samples / 2); ++i) {
-    const V2d within = spread_point(i, places);
-    const auto ray =
-        swatch_ray(shot.camera, {2 * (x + within.x) / shot.width - 1, 1 - 2 * (y + within.y) / shot.height});
+    const V2d within = sobol_point(i, places);
+    const auto ray = find_swatch_hit(
+        shot.camera, {2 * (x + within.x) / shot.width - 1, 1 - 2 * (y + within.y) / shot.height});
     if (!ray) continue;
     PathSampler sampler(i, paths);
     std::ranges::fill(lights.radiance, V3d(0, 0, 0));
@@ -43,7 +43,7 @@ PathLights::PathLights(const std::vector<Light>& lights) : radiance(lights.size(
   }
 }
 
-BakeOptions bake_like(const TruthOptions& o) {
+BakeOptions bake_options_of(const TruthOptions& o) {
   BakeOptions bake;
   bake.samples = o.samples;
   bake.bounces = o.bounces;
@@ -52,7 +52,7 @@ BakeOptions bake_like(const TruthOptions& o) {
 }
 
 Result<void> check_truth(const SwatchShot& shot, const TruthOptions& o, const std::string& name) {
-  if (auto ok = check_options(bake_like(o), name); !ok) return ok;
+  if (auto ok = check_options(bake_options_of(o), name); !ok) return ok;
   // The noise is estimated from two halves.
   if (o.samples < 2 || o.samples % 2 != 0)
     return fail(Code::option_out_of_range, name, "samples", "must be even, and 2 at least");
@@ -64,12 +64,13 @@ Result<void> check_truth(const SwatchShot& shot, const TruthOptions& o, const st
   return {};
 }
 
-V3d ray_origin(const SwatchRay& ray, const Camera& camera, const SwatchCell& cell) {
-  V2d point = ray.point / cell.metres;
+V3d ray_origin(const SwatchHit& ray, const Camera& camera, const SwatchCell& cell) {
+  V2d point = ray.point_m / cell.metres_per_unit;
   point -= V2d(std::floor(point.x / cell.period.x), std::floor(point.y / cell.period.y)) * cell.period;
-  double back = (cell.top - cell.plane + cell.period.x) / ray.view.z;
-  if (camera.projection == Projection::perspective) back = std::min(back, ray.distance / cell.metres);
-  return V3d(point.x, point.y, cell.plane) + ray.view * back;
+  double back = (cell.top_z - cell.plane_z + cell.period.x) / ray.view.z;
+  if (camera.projection == Projection::perspective)
+    back = std::min(back, ray.distance / cell.metres_per_unit);
+  return V3d(point.x, point.y, cell.plane_z) + ray.view * back;
 }
 
 TruthSwatch draw_truth(const SwatchShot& shot, const TruthOptions& options, const TraceRay& trace,

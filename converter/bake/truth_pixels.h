@@ -27,22 +27,22 @@ struct PathLights {
 };
 
 /// The options of a bake with those members that a truth has, too.
-BakeOptions bake_like(const TruthOptions& options);
+BakeOptions bake_options_of(const TruthOptions& options);
 /// Refuses what trace_swatch() does.
 Result<void> check_truth(const SwatchShot& shot, const TruthOptions& options, const std::string& name);
 
 /// A cell that rays of a swatch meet, in units of `metres`.
 struct SwatchCell {
   V2d period;
-  double metres;
-  double plane;  ///< height of the swatch's plane
-  double top;    ///< height of the highest point
+  double metres_per_unit;
+  double plane_z;  ///< height of the swatch's plane
+  double top_z;    ///< height of the highest point
 };
 /// The origin of a ray: within the cell's own repeat, above all yarn, but not behind the camera.
-V3d ray_origin(const SwatchRay& ray, const Camera& camera, const SwatchCell& cell);
+V3d ray_origin(const SwatchHit& ray, const Camera& camera, const SwatchCell& cell);
 
 /// Adds one ray of a pixel. `lights` has no radiance yet.
-using TraceRay = std::function<void(const SwatchRay&, PathSampler&, PathLights& lights, PixelSum& sum)>;
+using TraceRay = std::function<void(const SwatchHit&, PathSampler&, PathLights& lights, PixelSum& sum)>;
 
 /// Draws the picture by rays; `seconds` is the caller's.
 TruthSwatch draw_truth(const SwatchShot& shot, const TruthOptions& options, const TraceRay& trace,

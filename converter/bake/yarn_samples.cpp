@@ -15,11 +15,11 @@ constexpr int min_points_of_many = 4;
 constexpr int many_texels = 1 << 12;
 /// Bytes of the points under the lights that are sampled together.
 constexpr std::size_t max_point_bytes = std::size_t{8} << 20;
-/// The detail with which strands and hairs are seen; less where there are more hairs than so many for a
+/// The detail with which strands and hairs are seen; less where there are more hairs than this for a
 /// point: each is shaded under every light. Twill loses less than 0.1 dB of its finest level.
 constexpr float max_detail = 64;
 constexpr float hairs_of_point = 1;
-constexpr float shadow_texels = 4;
+constexpr float shadow_texels_per_pixel = 4;
 constexpr float piece_texels = 0.5F;
 constexpr std::size_t shadow_bytes = std::size_t{96} << 20;
 
@@ -46,8 +46,8 @@ struct YarnSampler::SideOfYarn {
   SideOfYarn(YarnData data, const V2f& period, float plane)
       : yarns(std::move(data), period), cell(yarns, plane, {}), shadows(cell) {
     shadows.set_memory(shadow_bytes);
-    for (const Yarns::Segment& s : yarns.inside().segments) {
-      if (!(s.rank > 0)) continue;
+    for (const Yarns::Segment& s : yarns.geometry().segments) {
+      if (!(s.hair_threshold > 0)) continue;
       ++hairs;
       hair_width += 2 * s.radius;
     }
@@ -64,16 +64,16 @@ struct YarnSampler::SideOfYarn {
   /// Adds the means of the visible normals of plies; hairs have none.
   void add_normals(const DepthGrid& seen, const CellView& view, const V2i& texels,
                    std::vector<V3f>& to) const {
-    const V2f slope = slope_of(view.view);
+    const V2f slope = ray_slope(view.view);
     const V2f& period = yarns.period();
-    const YarnPieces& pieces = pieces_of(cell, view);
+    const YarnPieces& pieces = shown_pieces(cell, view);
     const int points = view.size.stride;
     for (int row = 0; row < seen.height; ++row) {
       for (int column = 0; column < seen.width; ++column) {
         const std::size_t i = static_cast<std::size_t>(row) * seen.stride + column;
         if (!(seen.z[i] > no_depth)) continue;
         const Yarns::Segment& s = pieces.segments[seen.piece[i]];
-        const float up = seen.z[i] - cell.plane();
+        const float up = seen.z[i] - cell.reference_height();
         V3f off(
             (static_cast<float>(column) + 0.5F) * period.x / static_cast<float>(seen.width) + slope.x * up,
             (static_cast<float>(row) + 0.5F) * period.y / static_cast<float>(seen.height) + slope.y * up,
@@ -122,19 +122,19 @@ void YarnSampler::sample(const V3f& direction, std::span<const V3f> lights, int 
   view.view = behind ? mirrored(direction) : direction;
   view.size = {texels_ * points, V2i(points, points), points};
   const std::size_t plane = view.size.count();
-  view.detail =
+  view.rays_per_pixel =
       side.detail_of(static_cast<float>(plane), side.yarns.period().x / static_cast<float>(texels_.x));
-  view.shadow_texels = shadow_texels;
-  view.piece_pixels = piece_texels;
+  view.shadow_texels_per_pixel = shadow_texels_per_pixel;
+  view.max_piece_pixels = piece_texels;
   const auto texels = static_cast<std::size_t>(texels_.x) * static_cast<std::size_t>(texels_.y);
   for (std::vector<Group>& half : scratch.halves) half.assign(texels * lights.size(), Group{});
   const std::size_t at_once =
       std::clamp<std::size_t>(max_point_bytes / (plane * sizeof(Group)), 1, lights.size());
   for (std::size_t first = 0; first < lights.size(); first += at_once) {
     const auto some = lights.subspan(first, std::min(at_once, lights.size() - first));
-    view.planes = static_cast<int>(some.size());
+    view.plane_count = static_cast<int>(some.size());
     view.lamps.clear();
-    for (int l = 0; l < view.planes; ++l)
+    for (int l = 0; l < view.plane_count; ++l)
       view.lamps.push_back({behind ? mirrored(some[l]) : some[l], V3f(1, 1, 1), l});
     scratch.cell.has_table = behind == scratch.behind_table && std::ranges::equal(some, scratch.table_lights);
     scratch.table_lights.assign(some.begin(), some.end());
@@ -142,14 +142,14 @@ void YarnSampler::sample(const V3f& direction, std::span<const V3f> lights, int 
     make_yarn_samples({&side.cell, &shadows, nullptr}, view, scratch.cell);
     add_points(points, lights.size(), first, some.size(), scratch);
   }
-  if (normals != nullptr) side.add_normals(scratch.cell.seen, view, texels_, *normals);
+  if (normals != nullptr) side.add_normals(scratch.cell.depths, view, texels_, *normals);
 }
 
 void YarnSampler::add_points(int points, std::size_t lights, std::size_t first, std::size_t count,
                              Scratch& scratch) const {
   const float part = 1 / static_cast<float>(points * points);
   const int width = texels_.x * points;
-  const float* point = scratch.cell.raw.front().data();
+  const float* point = scratch.cell.samples.front().data();
   for (int row = 0; row < texels_.y * points; ++row) {
     // Rows begin with the lowest, texels with the topmost.
     const std::size_t texel = static_cast<std::size_t>(texels_.y - 1 - row / points) * texels_.x;
@@ -161,12 +161,12 @@ void YarnSampler::add_points(int points, std::size_t lights, std::size_t first, 
   }
 }
 
-ViewSamples YarnSampler::view(const V3f& view, std::span<const V3f> lights, int samples,
-                              NoiseSum& noise) const {
+ViewSamples YarnSampler::sample_view(const V3f& view, std::span<const V3f> lights, int samples,
+                                     NoiseSum& noise) const {
   ViewSamples out;
   const auto texels = static_cast<std::size_t>(texels_.x) * static_cast<std::size_t>(texels_.y);
   out.normal.assign(texels, V3f(0, 0, 0));
-  const auto scratch = scratch_.lend();
+  const auto scratch = scratch_.acquire();
   sample(view, lights, samples, sides_[view.z < 0 ? 1 : 0]->shadows, &out.normal, *scratch);
   const auto& [a, b] = scratch->halves;
   out.alpha.resize(texels);
@@ -178,19 +178,19 @@ ViewSamples YarnSampler::view(const V3f& view, std::span<const V3f> lights, int 
       if (l == 0) out.alpha[t] = std::min(1.0F, one[3] + other[3]);
       const V3f sum = rgb(one) + rgb(other);
       out.radiance.push_back(out.alpha[t] > 0 ? sum / out.alpha[t] : V3f(0, 0, 0));
-      noise.error2 += static_cast<double>((rgb(one) - rgb(other)).length2());
-      noise.signal2 += static_cast<double>(sum.length2());
+      noise.squared_error += static_cast<double>((rgb(one) - rgb(other)).length2());
+      noise.squared_signal += static_cast<double>(sum.length2());
     }
   }
   return out;
 }
 
-PairSamples YarnSampler::pair(const DirectionPair& pair, int samples, NoiseSum& noise) const {
+PairSamples YarnSampler::sample_pair(const DirectionPair& pair, int samples, NoiseSum& noise) const {
   PairSamples out;
   out.width = texels_.x;
   out.height = texels_.y;
   out.pairs = {pair};
-  const auto scratch = scratch_.lend();
+  const auto scratch = scratch_.acquire();
   const std::size_t side = pair.view.z < 0 ? 1 : 0;
   std::unique_ptr<CellShadows>& shadows = scratch->of_pairs[side];
   if (shadows == nullptr) {
@@ -206,8 +206,8 @@ PairSamples YarnSampler::pair(const DirectionPair& pair, int samples, NoiseSum& 
     out.alpha_noise.push_back(a[t][3] - b[t][3]);
     out.radiance.push_back(alpha > 0 ? sum / alpha : V3f(0, 0, 0));
     out.noise.push_back(rgb(a[t]) - rgb(b[t]));
-    noise.error2 += static_cast<double>(out.noise.back().length2());
-    noise.signal2 += static_cast<double>(sum.length2());
+    noise.squared_error += static_cast<double>(out.noise.back().length2());
+    noise.squared_signal += static_cast<double>(sum.length2());
   }
   return out;
 }

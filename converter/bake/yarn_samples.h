@@ -26,8 +26,8 @@ class YarnSampler {
 
   /// Samples of all texels with `samples` points each (points_of_texel()); from behind where view.z < 0.
   /// Noise is the difference of the points' two halves, which lie as the two colours of a checkerboard.
-  ViewSamples view(const V3f& view, std::span<const V3f> lights, int samples, NoiseSum& noise) const;
-  PairSamples pair(const DirectionPair& pair, int samples, NoiseSum& noise) const;
+  ViewSamples sample_view(const V3f& view, std::span<const V3f> lights, int samples, NoiseSum& noise) const;
+  PairSamples sample_pair(const DirectionPair& pair, int samples, NoiseSum& noise) const;
 
  private:
   struct SideOfYarn;

@@ -42,7 +42,7 @@ void drop_colors(Json& attributes) {
 Json* older_backing(const GltfDocument& document, Json& primitives, const Json& backing) {
   const auto name_of = [&](const Json& primitive) {
     return string_of(
-        member(entry_of(document, "materials", index_of(member(primitive, "material"))), "name"));
+        member(root_entry(document, "materials", index_of(member(primitive, "material"))), "name"));
   };
   // They differ in where they lie.
   const auto triangles_of = [](Json primitive) {
@@ -60,8 +60,8 @@ Json* older_backing(const GltfDocument& document, Json& primitives, const Json& 
 
 }  // namespace
 
-int add_backing(GltfDocument& document, int material, const std::set<Place>& places,
-                const PlacesInScene& in_scene, const Backing& backing) {
+int add_backing(GltfDocument& document, int material, const std::set<PrimitiveIndex>& places,
+                const PrimitivesInScene& in_scene, const Backing& backing) {
   const std::string name = string_of(member(document.json["materials"][material], "name"));
   const int behind = append(document.json["materials"],
                             {{"name", name.empty() ? "backing" : name + " backing"},
@@ -70,18 +70,18 @@ int add_backing(GltfDocument& document, int material, const std::set<Place>& pla
                                {"metallicFactor", 0},
                                {"roughnessFactor", 1}}}});
   int made = 0;
-  for (const Place& worn : places) {
+  for (const PrimitiveIndex& worn : places) {
     const auto seen = in_scene.find(worn);
     if (seen == in_scene.end()) continue;
-    const std::string place = pointer_to(worn);
+    const std::string place = member_pointer(worn);
     Json primitive = primitive_at(document, worn);
     GltfReader reader(document);
     const auto positions =
         reader.attribute<V3d>(primitive["attributes"], "POSITION", 0, place + "/attributes");
     const std::vector<std::uint32_t> triangles = read_triangles(reader, primitive, place, positions.size());
-    const double local = area_of(positions, triangles);
-    if (!(local > 0) || !(seen->second.area > 0)) continue;
-    const double distance = backing.distance / std::sqrt(seen->second.area / local);
+    const double local = twice_area_of(positions, triangles);
+    if (!(local > 0) || !(seen->second.twice_area > 0)) continue;
+    const double distance = backing.distance / std::sqrt(seen->second.twice_area / local);
     const std::vector<V3d> normals = vertex_normals(positions, triangles);
     std::vector<V3f> moved;
     for (std::size_t i = 0; i < positions.size(); ++i)

@@ -21,7 +21,7 @@ struct Backing {
 /// from outside alone, and have no variants. A metre is found by the area that `in_scene`, of the same
 /// document, has for the places. Returns their number; throws
 /// Failure.
-int add_backing(GltfDocument& document, int material, const std::set<Place>& places,
-                const PlacesInScene& in_scene, const Backing& backing);
+int add_backing(GltfDocument& document, int material, const std::set<PrimitiveIndex>& places,
+                const PrimitivesInScene& in_scene, const Backing& backing);
 
 }  // namespace selvedge

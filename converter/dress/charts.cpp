@@ -99,7 +99,7 @@ class Cutter {
   }
 
   void build_mesh() {
-    omerr().disable();  // it tells of faces that it refuses
+    omerr().disable();  // it prints the faces that it refuses
     const std::vector<std::uint32_t> welded = weld(positions_, 3e-3 * size_of_face());
     std::vector<std::size_t> open = in_reach(welded);
     // Sheets of faces; those that one refuses both ways are left to the next, and at last each has vertices
@@ -278,7 +278,7 @@ class Cutter {
 
   /// Turns the plane so that what hangs lower has a larger v in the mean.
   void turn(const ClothPanel& panel, std::vector<V2d>& plane) const {
-    V2d slope = gradient_of(panel, plane, down_);
+    V2d slope = area_weighted_gradient(panel, plane, down_);
     if (!(slope.length() > 0)) return;
     slope.normalize();
     for (V2d& p : plane) p = V2d(p.x * slope.y - p.y * slope.x, p.x * slope.x + p.y * slope.y);
@@ -296,9 +296,9 @@ class Cutter {
         const auto corner = static_cast<std::size_t>(turned_[faces[i]] ? (3 - k) % 3 : k);
         const std::uint32_t source = faces_[number][corner];
         const int flat = panel.triangles[i][k];
-        const auto [entry, is_new] = fresh.try_emplace({source, flat}, charts_.sources.size());
+        const auto [entry, is_new] = fresh.try_emplace({source, flat}, charts_.source_vertices.size());
         if (is_new) {
-          charts_.sources.push_back(source);
+          charts_.source_vertices.push_back(source);
           charts_.uvs.push_back(plane[flat] - box.min);
         }
         charts_.indices[3 * number + corner] = entry->second;

@@ -11,7 +11,7 @@ namespace selvedge {
 
 struct Charts {
   int count = 0;
-  std::vector<std::uint32_t> sources;  ///< for each new vertex, the vertex of the surface
+  std::vector<std::uint32_t> source_vertices;  ///< for each new vertex, the vertex of the surface
   std::vector<V2d> uvs;  ///< for each new vertex: metres, v grows downwards, no two charts overlap
   std::vector<std::uint32_t>
       indices;  ///< new vertices, three a triangle; triangles without area are left out

@@ -172,14 +172,14 @@ Verdict verdict_on(const std::string& name, const Context& context) {
 /// Why the factors of a material are not cloth's; empty where they may be. A metallic factor beside a
 /// texture, or without a roughness that polishes it, says nothing: programs forget to write 0.
 std::string no_cloth_factors(const Json& material) {
-  if (number_of(
+  if (number_or(
           member(member(member(material, "extensions"), "KHR_materials_transmission"), "transmissionFactor"),
           0) > 0.5)
     return "light passes through it as through glass";
   const Json& core = member(material, "pbrMetallicRoughness");
   if (member(core, "metallicRoughnessTexture").is_null() &&
-      number_of(member(core, "metallicFactor"), 0) > 0.5 &&
-      number_of(member(core, "roughnessFactor"), 1) < 0.5)
+      number_or(member(core, "metallicFactor"), 0) > 0.5 &&
+      number_or(member(core, "roughnessFactor"), 1) < 0.5)
     return "it is polished metal";
   return "";
 }
@@ -187,12 +187,12 @@ std::string no_cloth_factors(const Json& material) {
 class Chooser {
  public:
   Chooser(const GltfDocument& document, const Scene& scene)
-      : document_(document), uses_(uses_of(document.json)), extents_(extents_in(scene)) {
-    std::set<Place> shown;
-    for (const ScenePrimitive& p : scene.primitives) shown.emplace(p.mesh, p.index);
+      : document_(document), uses_(find_material_uses(document.json)), extents_(extents_in(scene)) {
+    std::set<PrimitiveIndex> shown;
+    for (const ScenePrimitive& p : scene.primitives) shown.emplace(p.mesh, p.primitive_index);
     for (const auto& [material, places] : uses_) {
       if (shown.empty() ||
-          std::ranges::any_of(places, [&](const Place& place) { return shown.contains(place); }))
+          std::ranges::any_of(places, [&](const PrimitiveIndex& place) { return shown.contains(place); }))
         worn_.insert(material);
     }
   }
@@ -200,25 +200,25 @@ class Chooser {
   ChosenMaterials choose(const MaterialChoice& choice) {
     std::set<int> chosen;
     ChosenMaterials result;
-    if (choice.all) chosen = find_cloth(result.left_alone);
+    if (choice.all_cloth) chosen = find_cloth(result.left_alone);
     for (const std::string& selector : choice.materials) chosen.merge(find(selector));
-    for (const std::string& selector : choice.except) {
+    for (const std::string& selector : choice.excluded_materials) {
       for (const int material : find(selector)) chosen.erase(material);
     }
     if (chosen.empty()) {
       throw Failure{Error{Code::material_missing, document_.file, "/materials",
                           !result.left_alone.empty()
                               ? fmt::format("nothing is cloth: {}", fmt::join(result.left_alone, "; "))
-                          : !choice.except.empty() ? "all materials are left alone"
-                          : choice.all             ? "there are no triangles to dress"
-                                                   : "no material is named"}};
+                          : !choice.excluded_materials.empty() ? "all materials are left alone"
+                          : choice.all_cloth                   ? "there are no triangles to dress"
+                                                               : "no material is named"}};
     }
     result.materials.assign(chosen.begin(), chosen.end());
     return result;
   }
 
  private:
-  const Json& materials() const { return array_of(document_.json, "materials"); }
+  const Json& materials() const { return array_member(document_.json, "materials"); }
   int count() const { return static_cast<int>(materials().size()); }
   static std::string name_of(const Json& entry) { return string_of(member(entry, "name")); }
   std::string name_of(int material) const { return name_of(materials()[material]); }
@@ -234,7 +234,7 @@ class Chooser {
       std::string reason;
       if (verdict.says_nothing()) reason = no_cloth_factors(materials()[i]);
       if (verdict.says_nothing() && reason.empty() && worn_.contains(i)) {
-        for (const Place& place : uses_.at(i)) {
+        for (const PrimitiveIndex& place : uses_.at(i)) {
           verdict = verdict_at(place, context);
           if (verdict.other.empty()) break;
         }
@@ -267,7 +267,7 @@ class Chooser {
 
   double area_of(const std::set<int>& materials) {
     double sum = 0;
-    for (const int i : materials) sum += extents_[i].area;
+    for (const int i : materials) sum += extents_[i].twice_area;
     return sum;
   }
 
@@ -277,13 +277,13 @@ class Chooser {
     constexpr double min_area = 0.05;  // of the rest, in theirs
     MaterialExtent rest;
     for (const int i : worn_) {
-      if (reasons_.contains(i) || (extents_[i].is_rectangle && !named_cloth.contains(i))) continue;
+      if (reasons_.contains(i) || (extents_[i].is_flat_rectangle && !named_cloth.contains(i))) continue;
       rest.box.extendBy(extents_[i].box);
-      rest.area += extents_[i].area;
+      rest.twice_area += extents_[i].twice_area;
     }
     for (const int i : nameless) {
-      const auto& [area, box, is_rectangle] = extents_[i];
-      if (rest.area > (named_cloth.empty() ? min_area * area : 0) && is_rectangle &&
+      const auto& [area, box, is_flat_rectangle] = extents_[i];
+      if (rest.twice_area > (named_cloth.empty() ? min_area * area : 0) && is_flat_rectangle &&
           box.size().length() > min_size * rest.box.size().length())
         reasons_[i] = "it is a flat rectangle, much larger than the rest";
     }
@@ -305,7 +305,7 @@ class Chooser {
   Context context_of_names() const {
     Context context;
     for (const char* list : {"materials", "meshes"}) {
-      for (const Json& entry : array_of(document_.json, list)) {
+      for (const Json& entry : array_member(document_.json, list)) {
         for (const WordMatch& match : words_in(name_of(entry))) {
           context.has_skin |= match.kind == WordClass::skin;
           context.has_fabric |= match.kind == WordClass::furnishing || match.kind == WordClass::fabric;
@@ -318,11 +318,11 @@ class Chooser {
   /// The names of each mesh, of the nodes that show it and of their parents; and its skin.
   void read_nodes() {
     constexpr std::size_t max_names = 16;
-    const Json& nodes = array_of(document_.json, "nodes");
+    const Json& nodes = array_member(document_.json, "nodes");
     std::map<int, std::string> above;
     for (const Json& node : nodes)
-      for (const Json& child : array_of(node, "children")) above[index_of(child)] = name_of(node);
-    for (std::size_t m = 0; m < array_of(document_.json, "meshes").size(); ++m)
+      for (const Json& child : array_member(node, "children")) above[index_of(child)] = name_of(node);
+    for (std::size_t m = 0; m < array_member(document_.json, "meshes").size(); ++m)
       names_[static_cast<int>(m)].push_back(name_of(document_.json["meshes"][m]));
     for (std::size_t n = 0; n < nodes.size(); ++n) {
       const int mesh = index_of(member(nodes[n], "mesh"));
@@ -334,7 +334,7 @@ class Chooser {
     }
   }
 
-  Verdict verdict_at(const Place& place, const Context& context) {
+  Verdict verdict_at(const PrimitiveIndex& place, const Context& context) {
     for (const std::string& name : names_[place.first]) {
       if (Verdict verdict = verdict_on(name, context); !verdict.says_nothing()) return verdict;
     }
@@ -343,14 +343,14 @@ class Chooser {
 
   /// Whether vertices follow joints of the head and others joints of fingers: clothes are skinned, too, but
   /// have either at most.
-  bool moves_as_body(const std::set<Place>& places) {
+  bool moves_as_body(const std::set<PrimitiveIndex>& places) {
     std::set<std::string> followed;  // words of joints
-    for (const Place& place : places) {
-      const Json& joints = array_of(entry_of(document_, "skins", skins_[place.first]), "joints");
+    for (const PrimitiveIndex& place : places) {
+      const Json& joints = array_member(root_entry(document_, "skins", skins_[place.first]), "joints");
       const Json& attributes =
           member(document_.json["meshes"][place.first]["primitives"][place.second], "attributes");
       std::set<int> numbers;
-      (void)result_of([&] {  // faults are found later
+      (void)catch_failure([&] {  // faults are found later
         GltfReader reader(document_);
         const auto joint = reader.attribute<V4f>(attributes, "JOINTS_0", 0, "");
         const auto weight = reader.attribute<V4f>(attributes, "WEIGHTS_0", joint.size(), "");
@@ -362,7 +362,7 @@ class Chooser {
       for (const int joint : numbers) {
         if (joint < 0 || static_cast<std::size_t>(joint) >= joints.size()) continue;
         for (const WordMatch& match :
-             words_in(name_of(entry_of(document_, "nodes", index_of(joints[joint])))))
+             words_in(name_of(root_entry(document_, "nodes", index_of(joints[joint])))))
           followed.insert(match.word);
       }
       if (weighted_ > max_weighted) break;
@@ -394,7 +394,7 @@ class Chooser {
 
   static constexpr std::size_t max_weighted = 1U << 22U;  ///< vertices whose weights are read
   const GltfDocument& document_;
-  const Uses uses_;
+  const MaterialUses uses_;
   std::map<int, MaterialExtent> extents_;
   std::set<int> worn_;                             ///< materials that the scene shows
   std::map<int, std::string> reasons_;             ///< why materials are no cloth
@@ -406,22 +406,22 @@ class Chooser {
 }  // namespace
 
 void add_missing_material(GltfDocument& document) {
-  const Uses uses = uses_of(document.json);
+  const MaterialUses uses = find_material_uses(document.json);
   const auto bare = uses.find(-1);
   if (bare == uses.end()) return;
-  std::vector<Place> places(bare->second.begin(), bare->second.end());
-  std::erase_if(places, [&](const Place& place) {
+  std::vector<PrimitiveIndex> places(bare->second.begin(), bare->second.end());
+  std::erase_if(places, [&](const PrimitiveIndex& place) {
     return !member(primitive_at(document, place), "material").is_null();  // present, but not an index
   });
   if (places.empty()) return;
   document.json["materials"].push_back(Json{{"name", "fabric"}});
-  for (const Place& place : places)
+  for (const PrimitiveIndex& place : places)
     primitive_at(document, place)["material"] = document.json["materials"].size() - 1;
 }
 
 Result<ChosenMaterials> choose_materials(const GltfDocument& document, const Scene& scene,
                                          const MaterialChoice& choice) {
-  return result_of([&] { return Chooser(document, scene).choose(choice); });
+  return catch_failure([&] { return Chooser(document, scene).choose(choice); });
 }
 
 }  // namespace selvedge

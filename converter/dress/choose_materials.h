@@ -10,9 +10,9 @@
 namespace selvedge {
 
 struct MaterialChoice {
-  std::vector<std::string> materials = {};  ///< names (every material of that name) or "#index"
-  bool all = false;                         ///< every material that may be cloth
-  std::vector<std::string> except = {};     ///< as `materials`: not these
+  std::vector<std::string> materials = {};           ///< names (every material of that name) or "#index"
+  bool all_cloth = false;                            ///< every material that may be cloth
+  std::vector<std::string> excluded_materials = {};  ///< as `materials`: not these
 };
 
 struct ChosenMaterials {

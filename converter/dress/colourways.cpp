@@ -15,7 +15,7 @@ namespace selvedge {
 using namespace names::gltf;
 
 Result<int> add_variant(GltfDocument& document, const std::string& variant) {
-  use_extension(document.json, variants);  // first: a new member of the root moves the others
+  list_extension(document.json, variants);  // first: a new member of the root moves the others
   Json& all = document.json["extensions"][variants]["variants"];
   for (const Json& present : all) {
     if (string_of(member(present, name)) != variant) continue;
@@ -26,11 +26,12 @@ Result<int> add_variant(GltfDocument& document, const std::string& variant) {
   return static_cast<int>(all.size()) - 1;
 }
 
-int copy_for_variant(GltfDocument& document, int material, const std::set<Place>& places, int variant) {
+int copy_for_variant(GltfDocument& document, int material, const std::set<PrimitiveIndex>& places,
+                     int variant) {
   Json& materials = document.json["materials"];
   const int copy = static_cast<int>(materials.size());
   bool worn = false;
-  for (const Place& place : places) {
+  for (const PrimitiveIndex& place : places) {
     Json& primitive = primitive_at(document, place);
     if (index_of(member(primitive, "material")) != material) continue;
     primitive["extensions"][variants]["mappings"].push_back({{"material", copy}, {"variants", {variant}}});
@@ -46,8 +47,8 @@ int copy_for_variant(GltfDocument& document, int material, const std::set<Place>
   return copy;
 }
 
-V3f tint_towards(const V3f& color, const V3f& albedo) {
-  const float gloss = std::max(darkest_cloth - color.dot({0.2126F, 0.7152F, 0.0722F}), 0.0F);
+V3f tint_for_color(const V3f& color, const V3f& albedo) {
+  const float gloss = std::max(min_cloth_luminance - color.dot({0.2126F, 0.7152F, 0.0722F}), 0.0F);
   V3f tint;
   for (int c = 0; c < 3; ++c)
     tint[c] = std::min((color[c] + gloss) / std::max(albedo[c], 1e-6F), static_cast<float>(max_tint));

@@ -23,14 +23,15 @@ Result<int> add_variant(GltfDocument& document, const std::string& name);
 
 /// Copies a material under the name "<its own> <variant's>" and returns the index of the copy. In the
 /// variant, places that wear the material by default show the copy; -1, and no copy, without such a place.
-int copy_for_variant(GltfDocument& document, int material, const std::set<Place>& places, int variant);
+int copy_for_variant(GltfDocument& document, int material, const std::set<PrimitiveIndex>& places,
+                     int variant);
 
 /// Luminance of the blackest cloth (CIE L* 20): a dye leaves the gloss of the fibres, in which the weave
 /// shows.
-inline constexpr float darkest_cloth = 0.03F;
+inline constexpr float min_cloth_luminance = 0.03F;
 
 /// Returns the factor on the reflectance of a fabric that gives it `color` on average, at most max_tint; a
-/// darker colour than darkest_cloth gets as much grey as it lacks. `albedo` is the fabric's own mean.
-V3f tint_towards(const V3f& color, const V3f& albedo);
+/// darker colour than min_cloth_luminance gets as much grey as it lacks. `albedo` is the fabric's own mean.
+V3f tint_for_color(const V3f& color, const V3f& albedo);
 
 }  // namespace selvedge

@@ -65,11 +65,11 @@ void check_options(const DressOptions& options, const V2d& shape) {
   const V2d repeats = options.repeats.value_or(one);
   for (const auto& [name, value] :
        {std::pair("repeats", std::abs(repeats.x)), std::pair("repeats", std::abs(repeats.y)),
-        std::pair("scale", options.scale), std::pair("unit", options.unit),
-        std::pair("height", options.height.value_or(1))}) {
+        std::pair("scale", options.scale), std::pair("unit", options.metres_per_unit),
+        std::pair("height", options.garment_height.value_or(1))}) {
     if (!(value > 0) || !std::isfinite(value)) refuse(name, fmt::format("{} is not positive", value));
   }
-  if (std::remainder(options.rotation, 90) != 0 && shape.x != shape.y) {
+  if (std::remainder(options.rotation_degrees, 90) != 0 && shape.x != shape.y) {
     refuse("rotation", fmt::format("only right angles: the repeat is {:.5g} x {:.5g} mm, not a square",
                                    shape.x, shape.y));
   }
@@ -81,7 +81,7 @@ Cloth read_cloth(const std::string& path, const std::string& output_path, const 
                  SceneLimits& limits) {
   FabricReader reader = value_or_throw(FabricReader::open(path, {.memory = limits.document.memory}));
   Cloth cloth{value_or_throw(reader.read()), {}};
-  limits.document.memory -= reader.memory();
+  limits.document.memory -= reader.peak_memory_bytes();
   check_options(options, V2d(cloth.fabric.period_mm));
   cloth.source =
       value_or_throw(source_of(path, output_path, options.embed.value_or(has_ending(output_path, ".glb"))));
@@ -104,28 +104,28 @@ class Dresser {
       : document_(document), cloth_(*cloths.front()), cloths_(cloths), options_(options), limits_(limits) {}
 
   DressReport dress() {
-    if (options_.all) add_missing_material(document_);
-    uses_ = uses_of(document_.json);
-    value_or_throw(scale_garment(document_, options_.unit));
+    if (options_.all_cloth) add_missing_material(document_);
+    uses_ = find_material_uses(document_.json);
+    value_or_throw(scale_garment(document_, options_.metres_per_unit));
     Scene scene = value_or_throw(read_scene(document_, limits_));
-    ChosenMaterials chosen = value_or_throw(
-        choose_materials(document_, scene, {options_.materials, options_.all, options_.except}));
+    ChosenMaterials chosen = value_or_throw(choose_materials(
+        document_, scene, {options_.materials, options_.all_cloth, options_.excluded_materials}));
     report_.warnings = chosen.left_alone;
     reserve_memory(scene, chosen.materials, corner_price);
     std::map<std::string, double> strays = measure(scene, chosen.materials);
-    if (options_.height) {
+    if (options_.garment_height) {
       const double present = report_.bounds.isEmpty() ? 0 : report_.bounds.size().y;
       // A flat cloth that lies down has none but rounding.
       if (!(present > 1e-3 * report_.bounds.size().length()))
         throw Failure{{Code::option_out_of_range, document_.file, "height", "the garment has no height"}};
       scene = Scene();  // before the next takes its place in memory
-      value_or_throw(scale_garment(document_, *options_.height / present));
+      value_or_throw(scale_garment(document_, *options_.garment_height / present));
       scene = value_or_throw(read_scene(document_, limits_));
       strays = measure(scene, chosen.materials);
     }
     std::vector<int> flat = to_unwrap(scene, chosen.materials);
     const UsedParts used = used_parts(document_);
-    if (!flat.empty() || options_.backing) in_scene_ = places_in(scene);
+    if (!flat.empty() || options_.backing) in_scene_ = primitives_in(scene);
     if (!flat.empty()) {
       reserve_memory(scene, flat, unwrapped_corner_price);
       scene = Scene();
@@ -138,13 +138,13 @@ class Dresser {
           fmt::format("{} lies {:.3g} m from the rest, and does not count for the size", part, metres));
     const V3d size = report_.bounds.isEmpty() ? V3d(0) : report_.bounds.size();
     if (const std::string advice = size_advice(size);
-        !advice.empty() && options_.unit == 1 && !options_.height)
+        !advice.empty() && options_.metres_per_unit == 1 && !options_.garment_height)
       report_.warnings.push_back(advice);
     for (std::optional<Cloth>& cloth : cloths_) {
       if (cloth) cloth->index = value_or_throw(add_fabric(document_, cloth->source));
     }
     std::map<int, double> backed;
-    if (!options_.single_sided) backed = backed_fractions(scene);
+    if (!options_.single_sided) backed = double_layer_fractions(scene);
     for (const int material : chosen.materials)
       attempt(material, [&] { dress(material, scene, backed[material]); });
     if (report_.materials.empty()) {
@@ -163,7 +163,7 @@ class Dresser {
   /// Finds the bounds of the materials, and returns the parts of the scene that lie far from everything.
   std::map<std::string, double> measure(const Scene& scene, const std::vector<int>& materials) {
     const Imath::Box3d all = bounds_of(scene);
-    if (!all.isEmpty() && !(is_near(all.min) && is_near(all.max)))
+    if (!all.isEmpty() && !(is_in_coordinate_range(all.min) && is_in_coordinate_range(all.max)))
       throw Failure{Error{Code::mesh_not_finite, document_.file, "/nodes", "places lie beyond 10^9 m"}};
     std::set<int> dressed;
     for (const int material : materials) dressed.merge(primitives_of(scene, material));
@@ -180,26 +180,26 @@ class Dresser {
   void reserve_memory(Scene& scene, const std::vector<int>& materials, std::uint64_t price) {
     constexpr std::uint64_t value_price = 32;  // of a corner in each accessor
     MemoryAccount account(scene.memory_left);
-    std::set<Place> places;
+    std::set<PrimitiveIndex> places;
     for (const int material : materials) places.insert(uses_[material].begin(), uses_[material].end());
-    for (const Place& place : places) {
+    for (const PrimitiveIndex& place : places) {
       const Json& primitive = primitive_at(document_, place);
       std::set<int> accessors;
       for (const Json& accessor : member(primitive, "attributes")) accessors.insert(index_of(accessor));
-      for (const Json& target : array_of(primitive, "targets"))
+      for (const Json& target : array_member(primitive, "targets"))
         for (const Json& accessor : target) accessors.insert(index_of(accessor));
       const Json& indices = member(primitive, "indices");
       const Json& corners = indices.is_null() ? member(member(primitive, "attributes"), "POSITION") : indices;
       // Faults are found later.
       const auto shape =
-          result_of([&] { return GltfReader(document_).accessor_shape(index_of(corners), ""); });
+          catch_failure([&] { return GltfReader(document_).accessor_shape(index_of(corners), ""); });
       const std::size_t count = shape ? shape->count : 0;
-      if (!account.take(count, price + value_price * accessors.size()))
-        throw Failure{beyond_memory(document_.file, pointer_to(place), "its dressed vertices",
-                                    limits_.document.memory)};
+      if (!account.try_reserve(count, price + value_price * accessors.size()))
+        throw Failure{memory_limit_error(document_.file, member_pointer(place), "its dressed vertices",
+                                         limits_.document.memory)};
     }
-    limits_.document.memory -= scene.memory_left - account.left();
-    scene.memory_left = account.left();
+    limits_.document.memory -= scene.memory_left - account.remaining_bytes();
+    scene.memory_left = account.remaining_bytes();
   }
 
   /// Whether the work on a material was done: `all` skips those that cannot be dressed, named ones must be.
@@ -210,7 +210,7 @@ class Dresser {
       return true;
     } catch (const Failure& failure) {
       const Code code = failure.error.code;
-      if (!options_.all || (code != Code::garment_no_uvs && code != Code::garment_empty)) throw;
+      if (!options_.all_cloth || (code != Code::garment_no_uvs && code != Code::garment_empty)) throw;
       report_.warnings.push_back(
           fmt::format("material #{} was left alone: {}", material, failure.error.message));
       if (!left_out_) left_out_ = failure.error;
@@ -219,8 +219,8 @@ class Dresser {
   }
 
   /// The places of a material that no earlier one has.
-  std::set<Place> fresh_places(int material, const std::set<Place>& done) {
-    std::set<Place> places;
+  std::set<PrimitiveIndex> fresh_places(int material, const std::set<PrimitiveIndex>& done) {
+    std::set<PrimitiveIndex> places;
     std::set_difference(uses_[material].begin(), uses_[material].end(), done.begin(), done.end(),
                         std::inserter(places, places.end()));
     return places;
@@ -231,7 +231,8 @@ class Dresser {
     std::set<int> primitives;
     for (int i = 0; i < static_cast<int>(scene.primitives.size()); ++i) {
       const ScenePrimitive& primitive = scene.primitives[i];
-      if (uses_[material].contains(Place(primitive.mesh, primitive.index))) primitives.insert(i);
+      if (uses_[material].contains(PrimitiveIndex(primitive.mesh, primitive.primitive_index)))
+        primitives.insert(i);
     }
     return primitives;
   }
@@ -243,12 +244,15 @@ class Dresser {
     if (options_.unwrap == Unwrapping::never || options_.repeats) return flat;
     for (const int material : materials) {
       const UvSize size = measure_uv(scene, primitives_of(scene, material), options_.tex_coord);
-      if (!(size.unusable > max_unusable)) continue;
+      if (!(size.unusable_fraction > max_unusable)) continue;
       report_.warnings.push_back(fmt::format(
           "material #{} has new texture coordinates: its own are {} on {:.0f} % of its area; --unwrap never "
           "keeps them",
-          material, size.unusable - size.without > size.without ? "stretched beyond use" : "missing",
-          100 * size.unusable));
+          material,
+          size.unusable_fraction - size.fraction_without_uvs > size.fraction_without_uvs
+              ? "stretched beyond use"
+              : "missing",
+          100 * size.unusable_fraction));
       flat.push_back(material);
       // A print keeps its own.
       if (!has_pictures(material)) continue;
@@ -267,13 +271,13 @@ class Dresser {
   /// without do not cost the rest theirs.
   void fill_gaps(int material, int set) {
     const std::string semantic = fmt::format("TEXCOORD_{}", set);
-    const auto attributes_of = [&](const Place& place) -> const Json& {
+    const auto attributes_of = [&](const PrimitiveIndex& place) -> const Json& {
       return member(primitive_at(document_, place), "attributes");
     };
-    const auto has = [&](const Place& place) { return attributes_of(place).contains(semantic); };
-    const std::set<Place>& places = uses_[material];
+    const auto has = [&](const PrimitiveIndex& place) { return attributes_of(place).contains(semantic); };
+    const std::set<PrimitiveIndex>& places = uses_[material];
     if (std::ranges::none_of(places, has)) return;
-    for (const Place& place : places) {
+    for (const PrimitiveIndex& place : places) {
       const int positions = index_of(member(attributes_of(place), "POSITION"));
       if (has(place) || positions < 0) continue;
       const std::size_t count = GltfReader(document_).accessor_shape(positions, "").count;
@@ -290,23 +294,23 @@ class Dresser {
 
   /// Takes materials that have nothing to lay flat out of the list of all.
   void unwrap_all(const std::vector<int>& flat, std::vector<int>& all) {
-    std::set<Place> done;
+    std::set<PrimitiveIndex> done;
     for (const int material : flat) {
       if (!attempt(material, [&] { unwrap_material(material, done); })) std::erase(all, material);
     }
   }
 
-  void unwrap_material(int material, std::set<Place>& done) {
-    std::set<Place> places = fresh_places(material, done);
+  void unwrap_material(int material, std::set<PrimitiveIndex>& done) {
+    std::set<PrimitiveIndex> places = fresh_places(material, done);
     if (places.empty()) return;
-    const Unwrapped made = changing_failures(
-        [&] { return value_or_throw(unwrap(document_, places, set_of(material), in_scene_)); },
-        [&](Error error) {
-          if (error.place.empty()) error.place = fmt::format("/materials/{}", material);
-          return error;
-        });
-    report_.unwrapped.emplace(material, made);
-    if (made.replaced && has_pictures(material)) {
+    const UnwrapReport made =
+        map_failure([&] { return value_or_throw(unwrap(document_, places, set_of(material), in_scene_)); },
+                    [&](Error error) {
+                      if (error.place.empty()) error.place = fmt::format("/materials/{}", material);
+                      return error;
+                    });
+    report_.unwrap_reports.emplace(material, made);
+    if (made.had_uvs && has_pictures(material)) {
       report_.warnings.push_back(fmt::format(
           "material #{}: pictures on its former texture coordinates show in other places now", material));
     }
@@ -316,7 +320,7 @@ class Dresser {
   /// Where the triangles of the first such material are that the scene does not show, for a message.
   std::string elsewhere(int material) {
     constexpr std::size_t max_scenes = 8;
-    const Json& scenes = array_of(document_.json, "scenes");
+    const Json& scenes = array_member(document_.json, "scenes");
     if (std::exchange(looked_elsewhere_, true)) return "";
     for (std::size_t i = 0; i < std::min(scenes.size(), max_scenes); ++i) {
       SceneChoice choice;
@@ -329,9 +333,9 @@ class Dresser {
     return ": it is hidden, or in no scene";
   }
 
-  /// `backed`: the fraction of backed_fractions.
+  /// `backed`: the fraction of double_layer_fractions.
   void dress(int material, const Scene& scene, double backed) {
-    const std::set<Place>& places = uses_[material];
+    const std::set<PrimitiveIndex>& places = uses_[material];
     DressedMaterial dressed;
     dressed.index = material;
     dressed.name = name_of(document_.json["materials"][material]);
@@ -341,12 +345,11 @@ class Dresser {
       return;
     }
     for (int set = 0; set <= set_of(material); ++set) fill_gaps(material, set);
-    changing_failures([&] { value_or_throw(check_uvs(document_, places, set_of(material))); },
-                      [](Error error) {
-                        if (error.code == Code::garment_no_uvs)
-                          error.message += "; --unwrap always makes some";
-                        return error;
-                      });
+    map_failure([&] { value_or_throw(check_uvs(document_, places, set_of(material))); },
+                [](Error error) {
+                  if (error.code == Code::garment_no_uvs) error.message += "; --unwrap always makes some";
+                  return error;
+                });
 
     const UvSize size = measure_uv(scene, primitives_of(scene, material), set_of(material));
     dressed.primitives = size.primitives;
@@ -363,8 +366,8 @@ class Dresser {
                : fmt::format("the texture coordinates of \"{}\" cover no area in the scene", dressed.name)}};
     }
     warn_of_uvs(where, size);
-    KeptParts parts =
-        value_or_throw(keep_parts(document_, material, scene, places, options_.keep, cloth_.albedo()));
+    KeptMaterialMembers parts = value_or_throw(
+        keep_material_members(document_, material, scene, places, options_.color_options, cloth_.albedo()));
     for (const std::string& warning : parts.warnings) report_.warnings.push_back(where + ": " + warning);
     dressed.kept = std::move(parts.kept);
     Json& core = document_.json["materials"][material];
@@ -388,16 +391,18 @@ class Dresser {
   FabricReference reference_to(const Cloth& cloth, const UvSize& size, int tex_coord) const {
     const V2d period = V2d(cloth.fabric.period_mm) * options_.scale;
     // A cloth that lies on its side has its courses along v.
-    const bool on_side = std::lround(options_.rotation / 90) % 2 != 0;
+    const bool on_side = std::lround(options_.rotation_degrees / 90) % 2 != 0;
     V2d repeats = options_.repeats.value_or(V2d(0, 0));
     for (int c = 0; c < 2 && !options_.repeats; ++c)
-      repeats[c] = size.metres[c] * 1000.0 / period[on_side ? 1 - c : c];
-    return {cloth.index, tex_coord, {options_.offset, options_.rotation * std::numbers::pi / 180, repeats}};
+      repeats[c] = size.metres_per_uv[c] * 1000.0 / period[on_side ? 1 - c : c];
+    return {cloth.index,
+            tex_coord,
+            {options_.offset, options_.rotation_degrees * std::numbers::pi / 180, repeats}};
   }
 
   /// Writes the reference and the fallback.
   void wear(int material, Cloth& cloth, const DressedUse& use) {
-    if (const std::optional<TransformFault> fault = fault_of(use.reference.transform)) {
+    if (const std::optional<TransformFault> fault = fabric_transform_fault(use.reference.transform)) {
       throw Failure{{Code::gltf_extension, document_.file, fmt::format("/materials/{}", material),
                      fmt::format("invalid texture transform: {}: {}", fault->member, fault->reason)}};
     }
@@ -411,8 +416,9 @@ class Dresser {
       if (fraction > much)
         report_.warnings.push_back(fmt::format("{}: {:.0f} % of its area {}", where, 100 * fraction, what));
     };
-    warn(size.stretched, fmt::format("shows cloth stretched more than {} times one way", max_stretch));
-    warn(size.without, "has degenerate texture coordinates and will show streaks");
+    warn(size.stretched_fraction,
+         fmt::format("shows cloth stretched more than {} times one way", max_stretch));
+    warn(size.fraction_without_uvs, "has degenerate texture coordinates and will show streaks");
   }
 
   void write_fallback(int material, Cloth& cloth, const DressedUse& use) {
@@ -432,7 +438,7 @@ class Dresser {
       shown = true;
       VariantMaterial made{colourway.name, copy, material};
       if (colourway.color) {
-        const V3f tint = tint_towards(*colourway.color, cloth.albedo());
+        const V3f tint = tint_for_color(*colourway.color, cloth.albedo());
         made.tint = tint;
         document_.json["materials"][copy]["extensions"][names::gltf::fabric_extension]
                       [names::gltf::tint_factor] = {tint.x, tint.y, tint.z};
@@ -451,7 +457,7 @@ class Dresser {
   }
 
   void warn_of_colour(const Colourway& colourway, const V3f& albedo) {
-    const V3f tint = tint_towards(*colourway.color, albedo);
+    const V3f tint = tint_for_color(*colourway.color, albedo);
     const float largest = std::max({tint.x, tint.y, tint.z});
     if (largest <= 1) return;
     report_.warnings.push_back(
@@ -463,31 +469,33 @@ class Dresser {
 
   void add_backings() {
     constexpr double behind = 0.25;  // of the shorter side of a repeat
-    std::set<Place> done;            // a place may wear several materials, by default and in variants
+    std::set<PrimitiveIndex> done;   // a place may wear several materials, by default and in variants
     for (const auto& [material, use] : dressed_) {
       if (keeps(names::gltf::mask_texture, material)) {
         report_.warnings.push_back(fmt::format(
             "material #{} has no backing: it would show where the mask cuts the cloth away", material));
         continue;
       }
-      std::set<Place> places = fresh_places(material, done);
-      const V2d mm = use.size.metres * 1000.0 / use.reference.transform.scale;
+      std::set<PrimitiveIndex> places = fresh_places(material, done);
+      const V2d mm = use.size.metres_per_uv * 1000.0 / use.reference.transform.scale;
       const Backing backing{*options_.backing, behind * std::min(std::abs(mm.x), std::abs(mm.y)) / 1000};
-      report_.backed += add_backing(document_, material, places, in_scene_, backing);
+      report_.backed_primitive_count += add_backing(document_, material, places, in_scene_, backing);
       done.merge(places);
     }
   }
 
-  bool keeps(const char* part, int material) const { return part_of(document_, material, part).is_object(); }
+  bool keeps(const char* part, int material) const {
+    return fabric_extension_member(document_, material, part).is_object();
+  }
 
   GltfDocument& document_;
   Cloth& cloth_;
   std::vector<std::optional<Cloth>>& cloths_;
   const DressOptions& options_;
   SceneLimits limits_;  ///< what the fabrics and the places of the materials leave of the options'
-  Uses uses_;
-  PlacesInScene in_scene_;   ///< where charts or backings are wanted
-  std::map<int, int> sets_;  ///< of materials that were laid flat beside the pictures' set
+  MaterialUses uses_;
+  PrimitivesInScene in_scene_;  ///< where charts or backings are wanted
+  std::map<int, int> sets_;     ///< of materials that were laid flat beside the pictures' set
   bool looked_elsewhere_ = false;
   std::optional<Error> left_out_;      ///< why the first material was left alone
   std::map<int, DressedUse> dressed_;  ///< by material
@@ -500,7 +508,7 @@ std::vector<AtomicFile> stage_usd(const GltfDocument& document, const std::strin
   if (path.empty()) return {};
   const UsdFiles files = value_or_throw(usd_of(document, path, limits));
   report.warnings.insert(report.warnings.end(), files.remarks.begin(), files.remarks.end());
-  return staged(files);
+  return stage_files(files);
 }
 
 }  // namespace
@@ -519,9 +527,9 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     DressReport report = Dresser(document, cloths, options, limits).dress();
     for (std::string& warning : outside_warnings(document, output_path))
       report.warnings.push_back(std::move(warning));
-    std::vector<AtomicFile> usd = stage_usd(document, options.usd, limits, report);
+    std::vector<AtomicFile> usd = stage_usd(document, options.usd_path, limits, report);
     StagedGltf staged = value_or_throw(stage_gltf(std::move(document), output_path));
-    report.bytes = staged.bytes;
+    report.bytes = staged.byte_count;
     for (AtomicFile& file : usd) {
       report.usd_files.push_back(file.path());
       staged.files.push_back(std::move(file));

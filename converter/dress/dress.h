@@ -37,9 +37,9 @@ enum class Unwrapping { where_needed, always, never };
 
 struct DressOptions {
   std::vector<std::string> materials = {};  ///< these three as in MaterialChoice
-  bool all = false;
-  std::vector<std::string> except = {};
-  KeepOptions keep = {};
+  bool all_cloth = false;
+  std::vector<std::string> excluded_materials = {};
+  ColorOptions color_options = {};
   std::vector<Colourway> colourways = {};
   std::optional<V3f> backing = {};  ///< linear: a plain surface of this colour behind the cloth (backing.h)
   /// Per unit of the raw UVs, instead of the physical size; below 0 the cloth is mirrored.
@@ -47,16 +47,17 @@ struct DressOptions {
   Unwrapping unwrap = Unwrapping::where_needed;
   bool single_sided = false;  ///< keep a material that is; else its cloth has two sides
   double scale = 1;           ///< of the cloth: 2 shows stitches of twice the size
-  double rotation =
+  double rotation_degrees =
       0;             ///< degrees, counter-clockwise on the cloth's face; by right angles unless it is square
   V2d offset{0, 0};  ///< in repeats
-  double unit = 1;   ///< metres for each unit of the garment's lengths, which glTF takes for metres
-  std::optional<double> height = {};  ///< metres, of the garment from top to bottom, instead of `unit`
-  std::optional<bool> embed = {};     ///< the fabric goes into the glTF; default: yes for .glb, no for .gltf
+  double metres_per_unit = 1;  ///< metres for each unit of the garment's lengths, which glTF takes for metres
+  std::optional<double> garment_height =
+      {};  ///< metres, of the garment from top to bottom, instead of `metres_per_unit`
+  std::optional<bool> embed = {};  ///< the fabric goes into the glTF; default: yes for .glb, no for .gltf
   bool fallback = true;
-  int tex_coord = 0;        ///< 0 or 1
-  SceneLimits limits = {};  ///< of the garment
-  std::string usd = {};     ///< also write this .usda layer and its files beside it (usd.h)
+  int tex_coord = 0;          ///< 0 or 1
+  SceneLimits limits = {};    ///< of the garment
+  std::string usd_path = {};  ///< also write this .usda layer and its files beside it (usd.h)
 };
 
 struct DressedMaterial {
@@ -81,12 +82,12 @@ struct VariantMaterial {
 struct DressReport {
   std::vector<DressedMaterial> materials;
   std::vector<VariantMaterial> variants;
-  std::map<int, Unwrapped> unwrapped;  ///< by material
-  Imath::Box3d bounds;                 ///< of the garment, metres, in its true size
+  std::map<int, UnwrapReport> unwrap_reports;  ///< by material
+  Imath::Box3d bounds;                         ///< of the garment, metres, in its true size
   bool embedded = false;
-  int backed = 0;                      ///< primitives
+  int backed_primitive_count = 0;      ///< primitives
   std::uint64_t bytes = 0;             ///< of the glTF, including an embedded fabric
-  std::vector<std::string> usd_files;  ///< files of DressOptions::usd, the layer last
+  std::vector<std::string> usd_files;  ///< files of DressOptions::usd_path, the layer last
   std::vector<std::string> warnings;
 };
 

@@ -16,7 +16,7 @@ namespace selvedge {
 Result<FabricSource> source_of(const std::string& fabric_path, const std::string& output_path, bool embed) {
   namespace fs = std::filesystem;
   FabricSource source;
-  source.name = as_utf8(fs::path(fabric_path).stem().string());  // JSON strings are UTF-8
+  source.name = escape_invalid_utf8(fs::path(fabric_path).stem().string());  // JSON strings are UTF-8
   std::error_code ignored;
   if (!fs::is_regular_file(fabric_path, ignored))
     return fail(Code::file_missing, fabric_path, "", "no such file");
@@ -35,13 +35,13 @@ Result<FabricSource> source_of(const std::string& fabric_path, const std::string
 GltfDocument load_garment(const std::string& path, const std::string& output_path, const GltfLimits& limits) {
   GltfDocument document = value_or_throw(load_gltf(path, limits));
   value_or_throw(check_references(document));
-  move_document(document, std::filesystem::path(output_path).parent_path().string());
+  rebase_uris(document, std::filesystem::path(output_path).parent_path().string());
   return document;
 }
 
 std::vector<std::string> outside_warnings(const GltfDocument& document, const std::string& output_path) {
   IssueSink issues(output_path);
-  find_outside(document, issues);
+  find_outside_uris(document, issues);
   std::vector<std::string> warnings;
   for (const Error& issue : issues.take()) {
     const bool moves_in = issue.place.starts_with("/buffers/") ||
@@ -51,11 +51,11 @@ std::vector<std::string> outside_warnings(const GltfDocument& document, const st
   return warnings;
 }
 
-Json& primitive_at(GltfDocument& document, const Place& place) {
+Json& primitive_at(GltfDocument& document, const PrimitiveIndex& place) {
   return document.json["meshes"][place.first]["primitives"][place.second];
 }
 
-std::string pointer_to(const Place& place) {
+std::string member_pointer(const PrimitiveIndex& place) {
   return fmt::format("/meshes/{}/primitives/{}", place.first, place.second);
 }
 

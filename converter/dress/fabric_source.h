@@ -27,20 +27,20 @@ std::vector<std::string> outside_warnings(const GltfDocument& document, const st
 GltfDocument load_garment(const std::string& path, const std::string& output_path, const GltfLimits& limits);
 
 /// Returns the primitive at a place, and its JSON pointer.
-Json& primitive_at(GltfDocument& document, const Place& place);
-std::string pointer_to(const Place& place);
+Json& primitive_at(GltfDocument& document, const PrimitiveIndex& place);
+std::string member_pointer(const PrimitiveIndex& place);
 
 /// Appends an accessor of vectors of any component type; normalized ones are signed and stand for -1 to 1.
 /// `shape.count` is ignored.
 int append_accessor(GltfDocument& document, std::span<const float> values, AccessorShape shape);
 
-/// As result_of(); GLTF_MALFORMED of the garment for a wrong JSON type in an unchecked part of it.
+/// As catch_failure(); GLTF_MALFORMED of the garment for a wrong JSON type in an unchecked part of it.
 template <class Work>
-auto result_of_edit(const std::string& garment_path, const Work& work) -> decltype(result_of(work)) {
+auto result_of_edit(const std::string& garment_path, const Work& work) -> decltype(catch_failure(work)) {
   try {
-    return result_of(work);
+    return catch_failure(work);
   } catch (const nlohmann::json::exception& error) {
-    return fail(Code::gltf_malformed, garment_path, "", reason_of(error));
+    return fail(Code::gltf_malformed, garment_path, "", exception_message(error));
   }
 }
 

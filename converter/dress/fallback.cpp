@@ -45,7 +45,7 @@ Image base_picture(const Fabric& fabric, int level) {
   const int finer = yarns != nullptr ? std::max(1, yarn_side / std::max(source.width, source.height)) : 1;
   Image image{source.width * finer, source.height * finer, 4, {}};
   image.pixels.resize(4 * source.texels() * finer * finer);
-  const std::vector<V3f> lights = directions_of(grid_of(lights_of_integral));
+  const std::vector<V3f> lights = cell_directions(nearly_square_grid(lights_of_integral));
   double cosines = 0;  // a white Lambertian surface reflects all light
   for (const V3f& light : lights) cosines += light.z;
   const V3f up(0, 0, 1);
@@ -84,10 +84,10 @@ int find_or_add(Json& root, const char* array, const Json& entry) {
 }
 
 int find_or_add_image(GltfDocument& document, const std::vector<std::uint8_t>& bytes, const char* label) {
-  const Json& images = array_of(document.json, "images");
+  const Json& images = array_member(document.json, "images");
   for (std::size_t i = 0; i < images.size(); ++i) {
-    const auto present =
-        result_of([&] { return GltfReader(document).bytes(index_of(member(images[i], "bufferView")), ""); });
+    const auto present = catch_failure(
+        [&] { return GltfReader(document).bytes(index_of(member(images[i], "bufferView")), ""); });
     if (present && std::ranges::equal(*present, bytes)) return static_cast<int>(i);
   }
   const int view = append_view(document, bytes);
@@ -120,7 +120,7 @@ Fallback bake_fallback(const Fabric& cloth) {
 Result<int> add_fallback_texture(GltfDocument& document, const Fallback& fallback) {
   // Without holes alpha is only noise of the view table, and a picture without it is smaller.
   Image base = fallback.color;
-  if (!fallback.holes) {
+  if (!fallback.has_holes) {
     base.channels = 3;
     std::size_t i = 0;
     std::erase_if(base.pixels, [&](float) { return i++ % 4 == 3; });
@@ -149,14 +149,16 @@ std::vector<std::string> drop_lobes(GltfDocument& document, Json& material, bool
   for (const std::string& key : dropped) material["extensions"].erase(key);
   if (material["extensions"].empty()) material.erase("extensions");
   for (const std::string& key : dropped) {
-    if (!occurs(document.json, key)) drop_extension(document.json, key.c_str());
+    if (!occurs(document.json, key)) unlist_extension(document.json, key.c_str());
   }
   return dropped;
 }
 
 void set_fallback(GltfDocument& document, int material, const Fallback& fallback, int texture,
                   const FabricReference& reference) {
-  const auto part = [&](const char* member) -> const Json& { return part_of(document, material, member); };
+  const auto part = [&](const char* member) -> const Json& {
+    return fabric_extension_member(document, material, member);
+  };
   Json& json = document.json["materials"][material];
   drop_lobes(document, json);
   Json& core = json["pbrMetallicRoughness"];
@@ -165,7 +167,7 @@ void set_fallback(GltfDocument& document, int material, const Fallback& fallback
   }
   V3f tint(1, 1, 1);
   for (std::size_t c = 0; c < 3 && part(tint_factor).is_array() && c < part(tint_factor).size(); ++c)
-    tint[static_cast<int>(c)] = static_cast<float>(number_of(part(tint_factor)[c], 1));
+    tint[static_cast<int>(c)] = static_cast<float>(number_or(part(tint_factor)[c], 1));
   const bool masked = part(mask_texture).is_object();
   const char* const own = part(tint_texture).is_object() ? tint_texture : mask_texture;
   const bool has_own = part(own).is_object();
@@ -183,14 +185,14 @@ void set_fallback(GltfDocument& document, int material, const Fallback& fallback
   core["roughnessFactor"] = 1;
   for (const char* key : {"normalTexture", "alphaMode", "alphaCutoff"}) json.erase(key);
   if (part(normal_texture).is_object()) json["normalTexture"] = part(normal_texture);
-  if (fallback.holes || masked) {
+  if (fallback.has_holes || masked) {
     json["alphaMode"] = "MASK";
     // The alpha of a tint does not belong to the cloth.
-    json["alphaCutoff"] = masked ? number_of(part(mask_cutoff), 0.5) : has_own ? 0.0 : 0.5;
+    json["alphaCutoff"] = masked ? number_or(part(mask_cutoff), 0.5) : has_own ? 0.0 : 0.5;
   }
   const auto add_lobe = [&](const char* extension, const Json& lobe) {
     json["extensions"][extension] = lobe;
-    use_extension(document.json, extension);
+    list_extension(document.json, extension);
   };
   add_lobe("KHR_materials_specular", {{"specularFactor", 0}});
   const FallbackFactors& factors = fallback.factors;

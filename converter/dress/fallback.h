@@ -17,7 +17,7 @@ struct Fallback {
   /// mean colour, so that coarser mip levels have no dark rims. Alpha: alpha(z).
   Image color;
   /// As has_holes says (format/fabric/evaluate.h): alphaMode MASK, cutoff 0.5.
-  bool holes = false;
+  bool has_holes = false;
   FallbackFactors factors;
 };
 

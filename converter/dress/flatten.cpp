@@ -145,7 +145,7 @@ std::vector<V2d> flatten(const ClothPanel& panel) {
   return result;
 }
 
-V2d gradient_of(const ClothPanel& panel, const std::vector<V2d>& plane, const V3d& direction) {
+V2d area_weighted_gradient(const ClothPanel& panel, const std::vector<V2d>& plane, const V3d& direction) {
   V2d sum(0, 0);
   for (const V3i& t : panel.triangles) {
     const V2d a = plane[t[1]] - plane[t[0]];

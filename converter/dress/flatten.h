@@ -20,6 +20,6 @@ std::vector<V2d> flatten(const ClothPanel& panel);
 
 /// The mean over the area of the gradient in the plane of how far a point lies along `direction`, times twice
 /// the area.
-V2d gradient_of(const ClothPanel& panel, const std::vector<V2d>& plane, const V3d& direction);
+V2d area_weighted_gradient(const ClothPanel& panel, const std::vector<V2d>& plane, const V3d& direction);
 
 }  // namespace selvedge

@@ -64,14 +64,14 @@ struct Keeper {
   GltfDocument& document;
   const Scene& scene;
   const SceneMaterial& material;
-  const std::set<Place>& places;
-  const KeepOptions& options;
+  const std::set<PrimitiveIndex>& places;
+  const ColorOptions& options;
   V3f albedo;
   Json& json;
-  KeptParts parts = {};
+  KeptMaterialMembers parts = {};
   std::optional<bool> base_fitted = {};
 
-  KeptParts keep() {
+  KeptMaterialMembers keep() {
     const Json& extension = member(member(json, "extensions"), fabric_extension);
     if (extension.is_object()) {
       for (const char* part : {mask_texture, normal_texture, tint_texture}) {
@@ -86,7 +86,7 @@ struct Keeper {
         if (json.contains(part)) parts.kept.emplace_back(part);
       }
     }
-    if (options.color) set_tint(tint_towards(*options.color, albedo));
+    if (options.color) set_tint(tint_for_color(*options.color, albedo));
     if (options.tint) set_tint(*options.tint);
     return std::move(parts);
   }
@@ -97,12 +97,13 @@ struct Keeper {
 
   /// Whether the base colour has a picture in a format that we do not read: the fallback keeps it.
   bool only_others_read() const {
-    return !unread_format(entry_of(document, "textures", index_of(member(base_info(), index)))).empty();
+    return !unsupported_texture_format(root_entry(document, "textures", index_of(member(base_info(), index))))
+                .empty();
   }
 
   void set_tint(const V3f& tint) { own()[tint_factor] = {tint.x, tint.y, tint.z}; }
 
-  bool replaces_color() const { return !options.base_color || options.color || options.tint; }
+  bool replaces_color() const { return !options.keeps_base_color || options.color || options.tint; }
 
   void keep_base_color() {
     const V3f color(material.base_color.x, material.base_color.y, material.base_color.z);
@@ -123,7 +124,7 @@ struct Keeper {
     const bool colored = std::ranges::none_of(default_greys, [&](float grey) { return color == V3f(grey); });
     const bool printed = textured && base_fits();
     if (!printed && !vertex_colors && (textured || !colored)) return;
-    set_tint(tint_towards(color, albedo));
+    set_tint(tint_for_color(color, albedo));
     if (printed || !vertex_colors) parts.kept.emplace_back(printed ? tint_texture : tint_factor);
     if (vertex_colors) parts.kept.emplace_back(vertex_color);
     if (printed) own()[tint_texture] = Json(base_info());
@@ -132,13 +133,13 @@ struct Keeper {
   /// Whether the places have vertex colours other than white.
   bool has_vertex_colors() const {
     return std::ranges::any_of(scene.primitives, [&](const ScenePrimitive& p) {
-      return places.contains(Place(p.mesh, p.index)) &&
+      return places.contains(PrimitiveIndex(p.mesh, p.primitive_index)) &&
              std::ranges::any_of(p.colors, [](const V4f& c) { return V3f(c.x, c.y, c.z) != V3f(1); });
     });
   }
 
   void drop_vertex_colors() {
-    for (const Place& place : places) {
+    for (const PrimitiveIndex& place : places) {
       Json& worn = primitive_at(document, place);
       worn["attributes"].erase(vertex_color);
       if (!worn.contains("targets")) continue;
@@ -148,9 +149,9 @@ struct Keeper {
 
   /// Whether the texture can be a member of the extension; if not, there is a warning.
   bool fits(const Json& info, const char* what) {
-    const int set = placement_of(info).tex_coord;
+    const int set = read_texture_mapping(info).tex_coord;
     std::string why;
-    if (entry_of(document, "textures", index_of(member(info, index))).is_null())
+    if (root_entry(document, "textures", index_of(member(info, index))).is_null())
       why = "is no texture of the file";
     else if (set > 1)
       why = fmt::format("is on TEXCOORD_{}, and only the sets 0 and 1 are read", set);
@@ -170,7 +171,7 @@ struct Keeper {
     const TextureReference& texture = material.base_color_texture;
     AlphaSums sums;
     for (const ScenePrimitive& p : scene.primitives) {
-      if (!places.contains(Place(p.mesh, p.index))) continue;
+      if (!places.contains(PrimitiveIndex(p.mesh, p.primitive_index))) continue;
       const std::vector<V2d>& uvs = p.tex_coords[texture.tex_coord == 1 ? 1 : 0];
       const std::size_t count = 1 + samples / (1 + p.indices.size() / 3);
       for (std::size_t i = 0; i < p.indices.size() / 3 * count; ++i) {
@@ -269,9 +270,10 @@ struct Keeper {
 
 }  // namespace
 
-Result<KeptParts> keep_parts(GltfDocument& document, int material, const Scene& scene,
-                             const std::set<Place>& places, const KeepOptions& options, const V3f& albedo) {
-  return result_of([&] {
+Result<KeptMaterialMembers> keep_material_members(GltfDocument& document, int material, const Scene& scene,
+                                                  const std::set<PrimitiveIndex>& places,
+                                                  const ColorOptions& options, const V3f& albedo) {
+  return catch_failure([&] {
     Json& json = document.json["materials"][material];
     return Keeper{document, scene, scene.materials[material], places, options, albedo, json}.keep();
   });

@@ -15,14 +15,14 @@ namespace selvedge {
 
 /// The colour of the fabric: the garment's base colour, texture, factor and vertex colours, or one of the
 /// others in its place.
-struct KeepOptions {
-  bool base_color = true;         ///< white and 0.8, which programs write by default, are no colour
+struct ColorOptions {
+  bool keeps_base_color = true;   ///< white and 0.8, which programs write by default, are no colour
   std::optional<V3f> color = {};  ///< linear, the mean of the cloth
   std::optional<V3f> tint = {};   ///< a factor on the fabric's reflectance
 };
 
 /// One line each, such as "normalTexture".
-struct KeptParts {
+struct KeptMaterialMembers {
   std::vector<std::string> kept;
   std::vector<std::string> replaced;
   std::vector<std::string> warnings;
@@ -34,7 +34,8 @@ struct KeptParts {
 /// another colour is wanted. Textures that are broken or on UV sets that the `places` of the material lack
 /// are left out, with a warning, and so is alpha that is not cut. Of a material with a fabric they stay, as
 /// its core is a fallback, but for a tint that is given. `scene`: as the document was read.
-Result<KeptParts> keep_parts(GltfDocument& document, int material, const Scene& scene,
-                             const std::set<Place>& places, const KeepOptions& options, const V3f& albedo);
+Result<KeptMaterialMembers> keep_material_members(GltfDocument& document, int material, const Scene& scene,
+                                                  const std::set<PrimitiveIndex>& places,
+                                                  const ColorOptions& options, const V3f& albedo);
 
 }  // namespace selvedge

@@ -14,7 +14,7 @@ namespace selvedge {
 Result<void> scale_garment(GltfDocument& document, double factor) {
   Json& json = document.json;
   if (factor == 1) return {};
-  if (array_of(json, "nodes").empty())
+  if (array_member(json, "nodes").empty())
     return fail(Code::garment_empty, document.file, "/nodes", "the document has no nodes");
   std::map<int, std::size_t> above;  // by root
   const NodeTransforms transforms(document);
@@ -25,8 +25,8 @@ Result<void> scale_garment(GltfDocument& document, double factor) {
     json["nodes"].push_back(
         Json{{"name", "true size"}, {"scale", {factor, factor, factor}}, {"children", {node}}});
   }
-  for (std::size_t s = 0; s < array_of(json, "scenes").size(); ++s) {
-    for (std::size_t n = 0; n < array_of(json["scenes"][s], "nodes").size(); ++n) {
+  for (std::size_t s = 0; s < array_member(json, "scenes").size(); ++s) {
+    for (std::size_t n = 0; n < array_member(json["scenes"][s], "nodes").size(); ++n) {
       Json& node = json["scenes"][s]["nodes"][n];
       const auto found = above.find(index_of(node));
       if (found == above.end())

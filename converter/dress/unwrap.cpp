@@ -60,16 +60,16 @@ void mend_skin(Columns& skin, std::size_t vertex) {
 
 class Unwrapper {
  public:
-  Unwrapper(GltfDocument& document, int tex_coord, const PlacesInScene& in_scene)
+  Unwrapper(GltfDocument& document, int tex_coord, const PrimitivesInScene& in_scene)
       : document_(document),
         set_(tex_coord),
         semantic_(fmt::format("TEXCOORD_{}", tex_coord)),
         in_scene_(in_scene) {}
 
-  Unwrapped unwrap(const std::set<Place>& places) {
-    for (const Place& place : places) need_first_set(place);
-    for (const Place& place : places) unwrap(place);
-    if (result_.charts == 0)
+  UnwrapReport unwrap(const std::set<PrimitiveIndex>& places) {
+    for (const PrimitiveIndex& place : places) need_first_set(place);
+    for (const PrimitiveIndex& place : places) unwrap(place);
+    if (result_.chart_count == 0)
       throw Failure{Error{Code::garment_empty, document_.file, "", "no triangle has an area to lay flat"}};
     // Nothing of them shows, but one primitive without would keep the material from being dressed.
     for (const auto& [place, vertices] : without_area_)
@@ -78,9 +78,9 @@ class Unwrapper {
   }
 
  private:
-  void need_first_set(const Place& place) {
+  void need_first_set(const PrimitiveIndex& place) {
     if (set_ == 0 || member(primitive_at(document_, place), "attributes").contains("TEXCOORD_0")) return;
-    throw Failure{Error{Code::garment_no_uvs, document_.file, pointer_to(place) + "/attributes",
+    throw Failure{Error{Code::garment_no_uvs, document_.file, member_pointer(place) + "/attributes",
                         "no TEXCOORD_0, without which there is no " + semantic_}};
   }
 
@@ -91,28 +91,28 @@ class Unwrapper {
                            {0, static_cast<int>(Vector::dimensions()), component_type, normalized});
   }
 
-  void unwrap(const Place& place) {
-    const std::string where = pointer_to(place);
+  void unwrap(const PrimitiveIndex& place) {
+    const std::string where = member_pointer(place);
     Json json = primitive_at(document_, place);
     Json& attributes = json["attributes"];
     GltfReader reader(document_);
     std::vector<V3d> positions = reader.attribute<V3d>(attributes, "POSITION", 0, where + "/attributes");
     const std::vector<std::uint32_t> triangles = read_triangles(reader, json, where, positions.size());
-    PlaceInScene seen;
+    PrimitiveInScene seen;
     if (const auto found = in_scene_.find(place); found != in_scene_.end()) seen = found->second;
-    const double local = area_of(positions, triangles);
+    const double local = twice_area_of(positions, triangles);
     const auto leave = [&] {
       if (!attributes.contains(semantic_)) without_area_.emplace(place, positions.size());
     };
     if (!(local > 0)) return leave();
-    const double metres = seen.area > 0 ? std::sqrt(seen.area / local) : 1;
+    const double metres = seen.twice_area > 0 ? std::sqrt(seen.twice_area / local) : 1;
     for (V3d& p : positions) p *= metres;
     const std::vector<V3d> given =
         reader.attribute<V3d>(attributes, "NORMAL", positions.size(), where + "/attributes");
     const std::vector<V3d> normals = unit_normals(given, positions, triangles);
-    Charts charts = cut_into_charts(positions, triangles, seen.down, top_);
+    Charts charts = cut_into_charts(positions, triangles, seen.down_direction, top_);
     if (charts.count == 0) return leave();
-    result_.replaced |= attributes.contains(semantic_);
+    result_.had_uvs |= attributes.contains(semantic_);
     attributes.erase(semantic_);
     std::vector<V4f> tangents;
     if (attributes.contains("TANGENT") && !given.empty())
@@ -126,8 +126,8 @@ class Unwrapper {
     std::vector<V2f> uvs;
     std::vector<V3f> straight;
     std::vector<V4f> turned;
-    for (const std::uint32_t vertex : order_triangles(charts.indices, charts.sources.size())) {
-      sources.push_back(charts.sources[vertex]);
+    for (const std::uint32_t vertex : order_triangles(charts.indices, charts.source_vertices.size())) {
+      sources.push_back(charts.source_vertices[vertex]);
       // Encoders take whole multiples without loss, and of steps that are no finer than need be in fewer
       // bytes.
       const V2d uv = charts.uvs[vertex] / uv_step;
@@ -147,18 +147,18 @@ class Unwrapper {
     json["indices"] = append_index_accessor(document_, charts.indices);
     json.erase("mode");
     primitive_at(document_, place) = std::move(json);
-    result_.charts += charts.count;
+    result_.chart_count += charts.count;
   }
 
   int type_of(const Json& accessor) {
-    return index_of(member(entry_of(document_, "accessors", index_of(accessor)), "componentType"));
+    return index_of(member(root_entry(document_, "accessors", index_of(accessor)), "componentType"));
   }
 
   /// Tangents of the charts' vertices along the set of the normal texture, empty without that; vertices that
   /// need several get copies.
   std::vector<V4f> tangents_of(GltfReader& reader, const Json& json, const std::string& place, Charts& charts,
                                const std::vector<V3d>& positions, const std::vector<V3d>& normals) {
-    const Json& material = entry_of(document_, "materials", index_of(member(json, "material")));
+    const Json& material = root_entry(document_, "materials", index_of(member(json, "material")));
     const int set = std::max(0, index_of(member(member(material, "normalTexture"), "texCoord")));
     const std::vector<V2d> others = reader.attribute<V2d>(
         json["attributes"], fmt::format("TEXCOORD_{}", set).c_str(), positions.size(), place);
@@ -166,21 +166,21 @@ class Unwrapper {
     std::vector<V3d> corners;
     std::vector<V3d> directions;
     std::vector<V2d> uvs;
-    for (std::size_t i = 0; i < charts.sources.size(); ++i) {
-      corners.push_back(positions[charts.sources[i]]);
-      directions.push_back(normals[charts.sources[i]]);
-      uvs.push_back(set == set_ ? charts.uvs[i] : others[charts.sources[i]]);
+    for (std::size_t i = 0; i < charts.source_vertices.size(); ++i) {
+      corners.push_back(positions[charts.source_vertices[i]]);
+      directions.push_back(normals[charts.source_vertices[i]]);
+      uvs.push_back(set == set_ ? charts.uvs[i] : others[charts.source_vertices[i]]);
     }
     Tangents made = compute_tangents(corners, directions, uvs, charts.indices, Facing::winding);
-    for (const std::uint32_t vertex : made.copy_of) {
-      charts.sources.push_back(charts.sources[vertex]);
+    for (const std::uint32_t vertex : made.copy_sources) {
+      charts.source_vertices.push_back(charts.source_vertices[vertex]);
       charts.uvs.push_back(charts.uvs[vertex]);
     }
     charts.indices = std::move(made.indices);
     for (std::size_t i = 0; i < made.tangents.size(); ++i) {
       V4f& t = made.tangents[i];
       if (t.x != 0 || t.y != 0 || t.z != 0) continue;
-      const V3d& n = normals[charts.sources[i]];
+      const V3d& n = normals[charts.source_vertices[i]];
       const V3f aside(n.cross(std::abs(n.x) < 0.5 ? V3d(1, 0, 0) : V3d(0, 1, 0)).normalized());
       t = V4f(aside.x, aside.y, aside.z, t.w);
     }
@@ -205,10 +205,10 @@ class Unwrapper {
   GltfDocument& document_;
   int set_;
   std::string semantic_;
-  const PlacesInScene& in_scene_;
+  const PrimitivesInScene& in_scene_;
   double top_ = 0;
-  std::map<Place, std::size_t> without_area_;  ///< and without coordinates: the number of vertices
-  Unwrapped result_;
+  std::map<PrimitiveIndex, std::size_t> without_area_;  ///< and without coordinates: the number of vertices
+  UnwrapReport result_;
 };
 
 }  // namespace
@@ -249,9 +249,9 @@ void gather_vertices(GltfDocument& document, GltfReader& reader, Json& primitive
   for (Json& target : primitive["targets"]) gather_all(target, place + "/targets");
 }
 
-Result<Unwrapped> unwrap(GltfDocument& document, const std::set<Place>& places, int tex_coord,
-                         const PlacesInScene& in_scene) {
-  return result_of([&] { return Unwrapper(document, tex_coord, in_scene).unwrap(places); });
+Result<UnwrapReport> unwrap(GltfDocument& document, const std::set<PrimitiveIndex>& places, int tex_coord,
+                            const PrimitivesInScene& in_scene) {
+  return catch_failure([&] { return Unwrapper(document, tex_coord, in_scene).unwrap(places); });
 }
 
 }  // namespace selvedge

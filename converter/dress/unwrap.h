@@ -9,9 +9,9 @@
 
 namespace selvedge {
 
-struct Unwrapped {
-  int charts = 0;
-  bool replaced = false;  ///< there were texture coordinates before
+struct UnwrapReport {
+  int chart_count = 0;
+  bool had_uvs = false;  ///< there were texture coordinates before
 };
 
 /// Gives the places of a material texture coordinates in metres, in place of the set's old ones: charts
@@ -22,8 +22,8 @@ struct Unwrapped {
 /// has for it. A primitive without an area gets zeros where it has none. GARMENT_EMPTY without a triangle
 /// that has an area, GARMENT_NO_UVS for a set above one that is missing, both of a document that is as it
 /// was.
-Result<Unwrapped> unwrap(GltfDocument& document, const std::set<Place>& places, int tex_coord,
-                         const PlacesInScene& in_scene);
+Result<UnwrapReport> unwrap(GltfDocument& document, const std::set<PrimitiveIndex>& places, int tex_coord,
+                            const PrimitivesInScene& in_scene);
 
 /// Gives every accessor of a primitive's attributes and morph targets new elements: element i is element
 /// sources[i] of the old one; those that name one accessor share the new one too. The indices are left to the

@@ -67,7 +67,7 @@ class Assets {
 
  private:
   std::string find_image(int index) {
-    const Json& json = entry_of(document_, "images", index);
+    const Json& json = root_entry(document_, "images", index);
     if (json.is_null()) return {};
     const std::string place = fmt::format("/images/{}", index);
     const std::string uri = string_of(member(json, "uri"));
@@ -212,17 +212,17 @@ class MaterialPrim {
   }
 
   std::string wrap(const Json& texture, const char* key) const {
-    const Json& sampler = entry_of(document_, "samplers", index_of(member(texture, "sampler")));
+    const Json& sampler = root_entry(document_, "samplers", index_of(member(texture, "sampler")));
     const int mode = index_of(member(sampler, key));
     return mode == 33071 ? "\"clamp\"" : mode == 33648 ? "\"mirror\"" : "\"repeat\"";
   }
 
   /// A texture as the shader `name`; false without a texture or its picture.
   bool texture(const char* name, const Json& info, const std::string& more) {
-    const Json& json = entry_of(document_, "textures", index_of(member(info, names::gltf::index)));
+    const Json& json = root_entry(document_, "textures", index_of(member(info, names::gltf::index)));
     const std::string file = json.is_null() ? "" : assets_.image(index_of(member(json, "source")));
     if (file.empty()) return false;
-    const auto [set, transform] = placement_of(info);
+    const auto [set, transform] = read_texture_mapping(info);
     const std::string st = coordinates(set, transform);
     add(name, line("uniform token info:id", "\"UsdUVTexture\"") + line("asset inputs:file", asset(file)) +
                   more + line("float2 inputs:st.connect", st) +
@@ -246,12 +246,12 @@ class MaterialPrim {
     text += textured ? line("color3f inputs:diffuseColor.connect", output("base_color", "rgb"))
                      : line("color3f inputs:diffuseColor", text_of(V3f(color.x, color.y, color.z)));
     if (const Json& glow = member(json, "emissiveFactor"); glow.is_array() && glow.size() == 3) {
-      text += line("color3f inputs:emissiveColor", fmt::format("({}, {}, {})", number_of(glow[0], 0),
-                                                               number_of(glow[1], 0), number_of(glow[2], 0)));
+      text += line("color3f inputs:emissiveColor", fmt::format("({}, {}, {})", number_or(glow[0], 0),
+                                                               number_or(glow[1], 0), number_or(glow[2], 0)));
     }
-    text += line("float inputs:metallic", number_of(member(core, "metallicFactor"), 1));
+    text += line("float inputs:metallic", number_or(member(core, "metallicFactor"), 1));
     const Json& normal = member(json, "normalTexture");
-    const double bumps = number_of(member(normal, "scale"), 1);
+    const double bumps = number_or(member(normal, "scale"), 1);
     const std::string decoding =
         line("float4 inputs:bias", fmt::format("({}, {}, -1, 0)", -bumps, -bumps)) +
         line("float4 inputs:scale", fmt::format("({}, {}, 2, 1)", 2 * bumps, 2 * bumps)) +
@@ -264,7 +264,7 @@ class MaterialPrim {
     }
     if (material.alpha_mode == AlphaMode::mask)
       text += line("float inputs:opacityThreshold", material.alpha_cutoff);
-    text += line("float inputs:roughness", number_of(member(core, "roughnessFactor"), 1));
+    text += line("float inputs:roughness", number_or(member(core, "roughnessFactor"), 1));
     return text + "                token outputs:surface\n";
   }
 
@@ -357,7 +357,7 @@ std::string basis_curves(const UsdCurves& curves, const std::string& name) {
 
 /// Refuses to overwrite a picture of the garment.
 Result<void> check_names(const GltfDocument& document, const UsdFiles& files) {
-  for (const Json& image : array_of(document.json, "images")) {
+  for (const Json& image : array_member(document.json, "images")) {
     const std::string uri = string_of(member(image, "uri"));
     if (uri.empty()) continue;
     const Result<std::string> path = resolve_uri(document, uri, "");
@@ -436,7 +436,7 @@ Result<UsdFiles> usd_of(const GltfDocument& document, const std::string& path, c
   return result;
 }
 
-std::vector<AtomicFile> staged(const UsdFiles& files) {
+std::vector<AtomicFile> stage_files(const UsdFiles& files) {
   std::vector<AtomicFile> result;
   for (const UsdFile& file : files.files) result.push_back(value_or_throw(stage_file(file.path, file.bytes)));
   return result;

@@ -46,7 +46,7 @@ struct UsdCurves {
 V3d origin_of(const Imath::Box3d& box);
 
 /// Throws Failure where one cannot be written.
-std::vector<AtomicFile> staged(const UsdFiles& files);
+std::vector<AtomicFile> stage_files(const UsdFiles& files);
 
 /// `path` is the layer's, with the ending ".usda". Triangles that have at least eight places, each a
 /// position, rotation and scale, become a PointInstancer; `curves` become BasisCurves.

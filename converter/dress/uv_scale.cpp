@@ -80,9 +80,9 @@ void measure(const ScenePrimitive& primitive, const M44d& world, int tex_coord, 
 
 /// Whether triangles in a box are a flat rectangle: then their area is the area of the rhombus that has a
 /// diagonal and, as long as the other one reaches across, its height.
-bool is_rectangle(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles,
-                  const Imath::Box3d& box) {
-  const double area = area_of(positions, triangles);
+bool is_flat_rectangle(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles,
+                       const Imath::Box3d& box) {
+  const double area = twice_area_of(positions, triangles);
   V3d normal(0, 0, 0);
   for (const V3d& sum : normal_sums(positions, triangles)) normal += sum / 3;
   if (normal.length() < 0.999 * area) return false;  // bent
@@ -118,23 +118,23 @@ UvSize measure_uv(const Scene& scene, const std::set<int>& chosen, int tex_coord
   }
   const auto u = quantiles(std::move(lengths_u));
   const auto v = quantiles(std::move(lengths_v));
-  size.low = V2d(u[0], v[0]);
-  size.metres = V2d(u[1], v[1]);
-  size.high = V2d(u[2], v[2]);
+  size.metres_per_uv_p5 = V2d(u[0], v[0]);
+  size.metres_per_uv = V2d(u[1], v[1]);
+  size.metres_per_uv_p95 = V2d(u[2], v[2]);
   double area = without;
   Spread stretches{{std::numeric_limits<double>::infinity(), without}};
   for (const Sample& sample : all) {
     area += sample.area;
-    const double stretch = stretch_of(sample, size.metres);
+    const double stretch = stretch_of(sample, size.metres_per_uv);
     stretches.emplace_back(stretch, sample.area);
-    if (stretch > max_stretch) size.stretched += sample.area;
-    if (!(stretch <= useless_stretch)) size.unusable += sample.area;
+    if (stretch > max_stretch) size.stretched_fraction += sample.area;
+    if (!(stretch <= max_usable_stretch)) size.unusable_fraction += sample.area;
   }
   if (area > 0) {
-    size.stretch = quantiles(std::move(stretches))[2];
-    size.stretched /= area;
-    size.unusable = (size.unusable + without) / area;
-    size.without = without / area;
+    size.stretch_p95 = quantiles(std::move(stretches))[2];
+    size.stretched_fraction /= area;
+    size.unusable_fraction = (size.unusable_fraction + without) / area;
+    size.fraction_without_uvs = without / area;
   }
   return size;
 }
@@ -149,7 +149,7 @@ Issues check_uv_areas(const Scene& scene) {
       if (scene.primitives[instance.primitive].material == static_cast<int>(m))
         primitives.insert(instance.primitive);
     }
-    const V2d metres = measure_uv(scene, primitives, fabric->tex_coord).metres;
+    const V2d metres = measure_uv(scene, primitives, fabric->tex_coord).metres_per_uv;
     if (primitives.empty() || (metres.x > 0 && metres.y > 0)) continue;
     issues.push_back({Code::garment_no_uvs, scene.file, fmt::format("/materials/{}", m),
                       "its texture coordinates cover no area in the scene"});
@@ -160,7 +160,7 @@ Issues check_uv_areas(const Scene& scene) {
 Imath::Box3d bounds_of(const Scene& scene) {
   Imath::Box3d bounds;
   for (const SceneInstance& instance : scene.instances) {
-    for (const V3d& point : points_of(scene, instance)) bounds.extendBy(point);
+    for (const V3d& point : used_points(scene, instance)) bounds.extendBy(point);
   }
   return bounds;
 }
@@ -170,11 +170,11 @@ GarmentBounds robust_bounds(const Scene& scene, const std::set<int>& chosen) {
   for (const SceneInstance& instance : scene.instances) {
     if (chosen.contains(instance.primitive)) parts.push_back(&instance);
   }
-  const Imath::Box3d bulk = bulk_of(scene, parts);
+  const Imath::Box3d bulk = bulk_box(scene, parts);
   GarmentBounds found;
   for (const SceneInstance* part : parts) {
     double farthest = 0;
-    for (const V3d& point : points_of(scene, *part)) {
+    for (const V3d& point : used_points(scene, *part)) {
       const double away = stray_distance_of(point, bulk);
       if (away == 0 && !bulk.isEmpty()) found.box.extendBy(point);
       farthest = std::max(farthest, away);
@@ -198,7 +198,7 @@ std::vector<V3d> normal_sums(const std::vector<V3d>& positions, const std::vecto
   return sums;
 }
 
-double area_of(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles) {
+double twice_area_of(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles) {
   double sum = 0;
   for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
     const V3d& origin = positions[triangles[t]];
@@ -207,16 +207,16 @@ double area_of(const std::vector<V3d>& positions, const std::vector<std::uint32_
   return sum;
 }
 
-PlacesInScene places_in(const Scene& scene) {
-  PlacesInScene places;
+PrimitivesInScene primitives_in(const Scene& scene) {
+  PrimitivesInScene places;
   for (const SceneInstance& instance : scene.instances) {
     const ScenePrimitive& p = scene.primitives[instance.primitive];
-    const auto [entry, fresh] = places.try_emplace(Place(p.mesh, p.index));
+    const auto [entry, fresh] = places.try_emplace(PrimitiveIndex(p.mesh, p.primitive_index));
     if (!fresh) continue;
     const M44d& world = instance.world;
     std::vector<V3d> positions;
     for (const V3f& position : p.positions) positions.push_back(V3d(position) * world);
-    entry->second = {area_of(positions, p.indices), -V3d(world[0][1], world[1][1], world[2][1])};
+    entry->second = {twice_area_of(positions, p.indices), -V3d(world[0][1], world[1][1], world[2][1])};
   }
   return places;
 }
@@ -231,13 +231,13 @@ std::map<int, MaterialExtent> extents_in(const Scene& scene) {
     for (const std::uint32_t i : p.indices) box.extendBy(positions[i]);
     MaterialExtent& extent = extents[p.material];
     extent.box.extendBy(box);
-    extent.area += area_of(positions, p.indices);
-    extent.is_rectangle = extent.is_rectangle && is_rectangle(positions, p.indices, box);
+    extent.twice_area += twice_area_of(positions, p.indices);
+    extent.is_flat_rectangle = extent.is_flat_rectangle && is_flat_rectangle(positions, p.indices, box);
   }
   return extents;
 }
 
-std::map<int, double> backed_fractions(const Scene& scene) {
+std::map<int, double> double_layer_fractions(const Scene& scene) {
   constexpr double tolerance = 2e-4;    // of the diagonal
   constexpr double opposite = -0.99;    // cosine of the normals
   constexpr std::size_t max_faces = 8;  // looked at on one edge

@@ -14,21 +14,22 @@
 namespace selvedge {
 
 struct UvSize {
-  V2d metres{0, 0};    ///< along u and v, per unit of UV: the medians over the area
-  V2d low{0, 0};       ///< a twentieth of the area has less
-  V2d high{0, 0};      ///< a twentieth of the area has more
-  double stretch = 1;  ///< what 95 % of the area stay below, in times longer or shorter one way
-  double stretched =
+  V2d metres_per_uv{0, 0};      ///< along u and v, per unit of UV: the medians over the area
+  V2d metres_per_uv_p5{0, 0};   ///< a twentieth of the area has less
+  V2d metres_per_uv_p95{0, 0};  ///< a twentieth of the area has more
+  double stretch_p95 = 1;       ///< what 95 % of the area stay below, in times longer or shorter one way
+  double stretched_fraction =
       0;  ///< fraction of the area where cloth is more than max_stretch longer or shorter one way
-  double without = 0;   ///< fraction of the area whose UVs cover no area
-  double unusable = 0;  ///< fraction of the area without, or where cloth is more than useless_stretch off
-  int primitives = 0;   ///< instances with area in space and in UV
+  double fraction_without_uvs = 0;  ///< fraction of the area whose UVs cover no area
+  double unusable_fraction =
+      0;               ///< fraction of the area without, or where cloth is more than max_usable_stretch off
+  int primitives = 0;  ///< instances with area in space and in UV
 };
 
 /// Cloth that is stretched by more than this one way shows it.
 constexpr double max_stretch = 1.5;
 /// Cloth that is stretched by more than this one way is splinters or streaks.
-constexpr double useless_stretch = 4;
+constexpr double max_usable_stretch = 4;
 
 /// |dP/du| and |dP/dv| over all triangles of the given primitives in world space (with node scales), weighted
 /// by area. Medians are robust against slivers with nearly no UV area, which would dominate a mean. Cloth of
@@ -51,21 +52,22 @@ struct GarmentBounds {
 /// The same of `chosen` primitives (indices into scene.primitives) without strays (format/scene/framing.h).
 GarmentBounds robust_bounds(const Scene& scene, const std::set<int>& chosen);
 
-struct PlaceInScene {
-  double area = 0;     ///< twice the area of its first instance, m^2, as it rests
-  V3d down{0, -1, 0};  ///< the direction of the mesh's frame that grows towards the ground, of any length
+struct PrimitiveInScene {
+  double twice_area = 0;  ///< twice the area of its first instance, m^2, as it rests
+  V3d down_direction{0, -1,
+                     0};  ///< the direction of the mesh's frame that grows towards the ground, of any length
 };
 
-using PlacesInScene = std::map<Place, PlaceInScene>;
+using PrimitivesInScene = std::map<PrimitiveIndex, PrimitiveInScene>;
 
 /// How large the primitives of a document are in its scene, and which way they hang.
-PlacesInScene places_in(const Scene& scene);
+PrimitivesInScene primitives_in(const Scene& scene);
 
 /// The triangles of a material in the scene, in its own variant.
 struct MaterialExtent {
-  double area = 0;           ///< twice, m^2
-  Imath::Box3d box;          ///< m
-  bool is_rectangle = true;  ///< each instance is flat, and a rectangle
+  double twice_area = 0;          ///< twice, m^2
+  Imath::Box3d box;               ///< m
+  bool is_flat_rectangle = true;  ///< each instance is flat, and a rectangle
 };
 
 /// By material, those that show.
@@ -73,12 +75,12 @@ std::map<int, MaterialExtent> extents_in(const Scene& scene);
 
 /// The fraction of each material's area that has triangles on its back, in the same place within 2e-4 of the
 /// scene's diagonal. Materials without any may be missing.
-std::map<int, double> backed_fractions(const Scene& scene);
+std::map<int, double> double_layer_fractions(const Scene& scene);
 
 /// Returns for each vertex the sum of its triangles' normals, each as long as twice the area.
 std::vector<V3d> normal_sums(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles);
 
 /// Twice the area of the triangles, in the unit of the positions.
-double area_of(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles);
+double twice_area_of(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles);
 
 }  // namespace selvedge

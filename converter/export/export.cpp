@@ -75,7 +75,7 @@ class Exporter {
     read_cloths(scene);
     const std::array<double, 2> triangles = divide_triangles();
     remove_surfaces();
-    document_.packed.required = {names::gltf::meshopt, names::gltf::khr_meshopt};
+    document_.original_encoding.required_extensions = {names::gltf::meshopt, names::gltf::khr_meshopt};
     for (const WornCloth& worn : cloths_) add(worn, triangles);
     drop_unused_parts(document_, used);
     return std::move(report_);
@@ -100,7 +100,7 @@ class Exporter {
           source.path.empty() ? FabricReader::open(source.bytes, source.name, {.memory = memory})
                               : FabricReader::open(source.path, {.memory = memory}));
       Fabric fabric = value_or_throw(reader.read());
-      memory -= std::min(memory, reader.memory());
+      memory -= std::min(memory, reader.peak_memory_bytes());
       if (!fabric.levels.front().yarns()) {
         refuse(Code::fabric_unsupported, place,
                fmt::format("the fabric {} has texels alone, no yarn", source.name));
@@ -109,7 +109,7 @@ class Exporter {
         refuse(Code::garment_no_uvs, place, "only the UV sets 0 and 1 are read");
       cloths_.push_back({m,
                          material.name.empty() ? fmt::format("material {}", m) : material.name,
-                         material.kept.tint,
+                         material.garment_textures.tint,
                          std::move(fabric),
                          cloth_of(scene, m),
                          {},
@@ -119,8 +119,9 @@ class Exporter {
       if (cloths_.back().cloth.triangles.empty())
         refuse(Code::garment_no_uvs, place, "its texture coordinates cover no area in the scene");
       for (const auto& [texture, what] :
-           {std::pair(&material.kept.mask, "mask"), std::pair(&material.kept.normal, "normal texture"),
-            std::pair(&material.kept.tint_texture, "texture of the tint")}) {
+           {std::pair(&material.garment_textures.mask, "mask"),
+            std::pair(&material.garment_textures.normal, "normal texture"),
+            std::pair(&material.garment_textures.tint_texture, "texture of the tint")}) {
         if (texture->image >= 0)
           report_.warnings.push_back(fmt::format("{}: the {} is left out", cloths_.back().name, what));
       }
@@ -134,34 +135,36 @@ class Exporter {
   /// Finds the cells, and divides the triangles: a repeat outside of the region gets so many, and one within
   /// it all that show, as far as half of them suffices.
   std::array<double, 2> divide_triangles() {
-    const double allowed = options_.triangles;
+    const double allowed = options_.triangle_budget;
     const auto refuse_if_over = [&](double count, double least) {
       if (least <= allowed) return;
       refuse(Code::file_too_large, "",
              fmt::format("{:.0f} repeats of yarn need {:.0f} triangles, more than {}; --triangles allows "
                          "more, and a larger repeat (dress --scale) needs fewer",
-                         count, least, options_.triangles));
+                         count, least, options_.triangle_budget));
     };
     double repeats = 0, least = 0;
     for (const WornCloth& worn : cloths_) {
-      repeats += worn.cloth.repeats;
-      least += worn.cloth.repeats * min_triangles(worn.yarns());
+      repeats += worn.cloth.uv_area;
+      least += worn.cloth.uv_area * min_triangles(worn.yarns());
     }
     refuse_if_over(repeats, least);
     std::array<double, 2> counts{};
     double full = 0;
     least = 0;
     for (WornCloth& worn : cloths_) {
-      auto cells = cells_of(worn.cloth, reach_of(worn.yarns()), allowed);
+      auto cells = cells_of(worn.cloth, yarn_uv_bounds(worn.yarns()), allowed);
       if (!cells) {
-        refuse(Code::file_too_large, fmt::format("/materials/{}", worn.material),
-               fmt::format("its texture coordinates reach over more than {} repeats", options_.triangles));
+        refuse(
+            Code::file_too_large, fmt::format("/materials/{}", worn.material),
+            fmt::format("its texture coordinates reach over more than {} repeats", options_.triangle_budget));
       }
       worn.cells = std::move(*cells);
       full = std::max(full, max_triangles(worn.yarns()));
       least = std::max(least, min_triangles(worn.yarns()));
       for (const ClothCell& cell : worn.cells) {
-        worn.detail.push_back(options_.region && options_.region->intersects(V2d(cell.at) + V2d(0.5, 0.5)));
+        worn.detail.push_back(options_.region &&
+                              options_.region->intersects(V2d(cell.repeat_index) + V2d(0.5, 0.5)));
         counts[worn.detail.back()] += 1;
       }
     }
@@ -186,44 +189,54 @@ class Exporter {
     const LaidCloth laid =
         place_repeats(worn.cloth, worn.cells, worn.yarns(), frame, meshes, worn.detail, options_.region);
     constexpr double degrees = 180 / std::numbers::pi;
-    ExportedYarn yarn{worn.material,       worn.name,           {}, 0, 0, 0, laid.gap, laid.overlap,
-                      laid.turn * degrees, laid.shear * degrees};
+    ExportedYarn yarn{worn.material,
+                      worn.name,
+                      {},
+                      0,
+                      0,
+                      0,
+                      laid.max_gap_radii,
+                      laid.max_overlap_radii,
+                      laid.max_turn * degrees,
+                      laid.max_shear * degrees};
     for (std::size_t d = 0; d < meshes.size(); ++d) {
       const PlacedRepeats& placed = laid.repeats[d];
       const std::vector<int> materials = add_materials(worn, meshes[d], d == 0);
-      yarn.triangles.push_back(triangles_of(meshes[d]));
-      yarn.bent += placed.bent_repeats;
-      yarn.cut += placed.cut_repeats;
+      yarn.triangles_per_repeat.push_back(mesh_triangle_count(meshes[d]));
+      yarn.bent_count += placed.bent_repeat_count;
+      yarn.cut_count += placed.cut_repeat_count;
       const std::string name = worn.name + (d == 0 ? " yarn" : " yarn in the region");
       for (const auto& [shape, copies] : placed.copies) {
         std::vector<TubeMesh> tubes;
-        for (const RepeatTubes& one : meshes[d].tubes) tubes.push_back(shaped_mesh(one.mesh, shape, frame));
+        for (const MergedTubes& one : meshes[d].tubes) tubes.push_back(shaped_mesh(one.mesh, shape, frame));
         add_copies(name, add_mesh(name, tubes, materials), copies, worn.origin);
-        yarn.copies += static_cast<int>(copies.size());
-        report_.triangles += yarn.triangles.back() * static_cast<std::int64_t>(copies.size());
+        yarn.copy_count += static_cast<int>(copies.size());
+        report_.triangle_count += yarn.triangles_per_repeat.back() * static_cast<std::int64_t>(copies.size());
       }
       if (d > 0 && curves_ != nullptr) {
         add_curves(worn, laid, name);
         continue;
       }
       std::int64_t bent = 0;
-      for (const TubeMesh& one : placed.bent) bent += static_cast<std::int64_t>(one.indices.size() / 3);
-      report_.triangles += bent;
+      for (const TubeMesh& one : placed.bent_meshes)
+        bent += static_cast<std::int64_t>(one.indices.size() / 3);
+      report_.triangle_count += bent;
       if (bent > 0)
-        add_node({{"name", name + ", bent"}, {"mesh", add_mesh(name + ", bent", placed.bent, materials)}},
-                 worn.origin);
+        add_node(
+            {{"name", name + ", bent"}, {"mesh", add_mesh(name + ", bent", placed.bent_meshes, materials)}},
+            worn.origin);
     }
     report_.yarns.push_back(std::move(yarn));
   }
 
   void add_curves(const WornCloth& worn, const LaidCloth& laid, const std::string& name) {
-    const double scale = std::sqrt(worn.cloth.area / worn.cloth.repeats /
+    const double scale = std::sqrt(worn.cloth.area / worn.cloth.uv_area /
                                    (V2d(worn.yarns().period()).x * V2d(worn.yarns().period()).y));
-    for (std::size_t c = 0; c < laid.lines.size(); ++c) {
+    for (std::size_t c = 0; c < laid.region_lines.size(); ++c) {
       const YarnCurve& curve = worn.yarns().data().curves[c];
-      const float width = 2 * radius_of_plies(curve) * static_cast<float>(scale);
-      if (!laid.lines[c].empty())
-        curves_->push_back({name, curve.albedo * worn.tint, width, laid.lines[c], worn.origin});
+      const float width = 2 * ply_or_yarn_radius(curve) * static_cast<float>(scale);
+      if (!laid.region_lines[c].empty())
+        curves_->push_back({name, curve.albedo * worn.tint, width, laid.region_lines[c], worn.origin});
     }
   }
 
@@ -245,13 +258,13 @@ class Exporter {
     core["baseColorFactor"].push_back(1);
     Json material{{"name", worn.name + " yarn"}, {"pbrMetallicRoughness", std::move(core)}};
     material["extensions"]["KHR_materials_specular"] = {{"specularFactor", 0}};
-    use_extension(document_.json, "KHR_materials_specular");
+    list_extension(document_.json, "KHR_materials_specular");
     const FallbackFactors factors = fallback_of(worn.fabric);
     if (factors.sheen_color != V3f(0, 0, 0)) {
       material["extensions"]["KHR_materials_sheen"] = {
           {"sheenColorFactor", json_of(factors.sheen_color * worn.tint)},
           {"sheenRoughnessFactor", factors.sheen_roughness}};
-      use_extension(document_.json, "KHR_materials_sheen");
+      list_extension(document_.json, "KHR_materials_sheen");
     }
     Json& materials = document_.json["materials"];
     std::vector<int> numbers;
@@ -317,7 +330,7 @@ class Exporter {
   }
 
   void require(const char* extension) {
-    use_extension(document_.json, extension);
+    list_extension(document_.json, extension);
     Json& required = document_.json["extensionsRequired"];
     if (std::ranges::find(required, extension) == required.end()) required.push_back(extension);
   }
@@ -332,7 +345,7 @@ class Exporter {
   /// The triangles that wore the cloths, and all other use of fabrics.
   void remove_surfaces() {
     Json& root = document_.json;
-    if (array_of(root, "scenes").empty()) {
+    if (array_member(root, "scenes").empty()) {
       const NodeTransforms transforms(document_);
       Json& nodes = root["scenes"][0]["nodes"];
       for (int i = 0; i < static_cast<int>(root["nodes"].size()); ++i)
@@ -364,7 +377,7 @@ class Exporter {
     };
     forget(root);
     for (Json& material : root["materials"]) forget(material);
-    drop_extension(root, names::gltf::fabric_extension);
+    unlist_extension(root, names::gltf::fabric_extension);
   }
 
   GltfDocument& document_;
@@ -390,7 +403,7 @@ Result<ExportReport> export_yarn(const std::string& garment_path, const std::str
     const UsdFiles files = value_or_throw(usd_of(document, output_path, options.limits, curves));
     report.warnings.insert(report.warnings.end(), files.remarks.begin(), files.remarks.end());
     for (const UsdFile& file : files.files) report.bytes += file.bytes.size();
-    value_or_throw(commit_all(staged(files)));
+    value_or_throw(commit_all(stage_files(files)));
     return report;
   });
 }

@@ -21,7 +21,7 @@
 namespace selvedge {
 
 struct ExportOptions {
-  int triangles = 6'000'000;                ///< that are drawn at most: copies count each
+  int triangle_budget = 6'000'000;          ///< that are drawn at most: copies count each
   std::optional<Imath::Box2d> region = {};  ///< texture coordinates in repeats: cells here in full detail
   SceneLimits limits = {};
 };
@@ -30,18 +30,19 @@ struct ExportOptions {
 struct ExportedYarn {
   int material = 0;  ///< of the garment
   std::string name;
-  std::vector<std::int64_t> triangles;  ///< of one repeat; then of one in the region
-  int copies = 0;
-  int bent = 0;  ///< whole repeats
-  int cut = 0;
-  double gap = 0, overlap = 0;  ///< between neighbours, radii of yarn, at most (place_repeats.h)
-  double turn = 0;              ///< degrees, of the surface over a repeat, at most
-  double shear = 0;             ///< degrees, at most
+  std::vector<std::int64_t> triangles_per_repeat;  ///< of one repeat; then of one in the region
+  int copy_count = 0;
+  int bent_count = 0;  ///< whole repeats
+  int cut_count = 0;
+  double max_gap_radii = 0,
+         max_overlap_radii = 0;  ///< between neighbours, radii of yarn, at most (place_repeats.h)
+  double max_turn_degrees = 0;   ///< degrees, of the surface over a repeat, at most
+  double max_shear_degrees = 0;  ///< degrees, at most
 };
 
 struct ExportReport {
   std::vector<ExportedYarn> yarns;
-  std::int64_t triangles = 0;  ///< of the yarn, as drawn
+  std::int64_t triangle_count = 0;  ///< of the yarn, as drawn
   std::uint64_t bytes = 0;
   std::vector<std::string> warnings;
 };

@@ -45,7 +45,7 @@ V3d shaped(const V3d& p, const MeshShape& shape, const RepeatFrame& frame) {
   const V2d from(p.x - frame.period.x / 2, p.y + frame.period.y / 2);
   const V3d place = V3d(p.x, p.y, frame.height - lean.dot(from) / 2) +
                     V3d(lean.x, lean.y, 1).normalized() * (p.z - frame.height);
-  return {shape.mirrored ? -place.x : place.x, place.y, place.z};
+  return {shape.is_mirrored ? -place.x : place.x, place.y, place.z};
 }
 
 enum class Lay { none, copy, bent, cut };
@@ -57,7 +57,7 @@ struct LaidRepeat {
   RepeatCopy copy;
   M44d to_world;  ///< of the copy, from the frame of the mesh
   double turn = 0, shear = 0, gap = 0, overlap = 0;
-  bool is_faulty() const { return std::max(gap, overlap) > max_fault(turn); }
+  bool is_faulty() const { return std::max(gap, overlap) > copy_gap_limit(turn); }
 };
 
 class RepeatLayer {
@@ -71,18 +71,18 @@ class RepeatLayer {
         frame_(frame),
         region_(region),
         period_(frame.period),
-        scale_(std::sqrt(cloth.area / (cloth.repeats * period_.x * period_.y))),
+        scale_(std::sqrt(cloth.area / (cloth.uv_area * period_.x * period_.y))),
         laid(cells.size()) {
     for (int i = 0; i < static_cast<int>(cells.size()); ++i)
-      numbers_[{cells[i].patch, cells[i].at.x, cells[i].at.y}] = i;
+      numbers_[{cells[i].patch, cells[i].repeat_index.x, cells[i].repeat_index.y}] = i;
   }
 
   /// As a copy, unless it is cut or beyond the surface.
   void lay(int i, const RepeatMesh& mesh, bool in_region) {
     bool any = false, all = true;
-    for (const RepeatTubes& tubes : mesh.tubes) {
+    for (const MergedTubes& tubes : mesh.tubes) {
       for (const V3f& p : tubes.mesh.positions) {
-        const bool inside = below(i, V3d(p)).inside;
+        const bool inside = below(i, V3d(p)).is_inside;
         any = any || inside;
         all = all && inside;
       }
@@ -98,16 +98,17 @@ class RepeatLayer {
     own.gap = own.overlap = 0;
     if (own.lay != Lay::copy) return;
     for (const YarnJoint& joint : joints_) {
-      const V2i at = cells_[i].at + V2i(joint.repeat.x, -joint.repeat.y);
+      const V2i at = cells_[i].repeat_index + V2i(joint.neighbour_offset.x, -joint.neighbour_offset.y);
       const auto number = numbers_.find({cells_[i].patch, at.x, at.y});
       if (number == numbers_.end() || laid[number->second].lay == Lay::none) continue;
       const LaidRepeat& neighbour = laid[number->second];
-      const V3d q(joint.other), shift(joint.repeat.x * period_.x, joint.repeat.y * period_.y, 0);
-      if (neighbour.lay == Lay::cut && !below(number->second, q).inside) continue;
+      const V3d q(joint.other_point),
+          shift(joint.neighbour_offset.x * period_.x, joint.neighbour_offset.y * period_.y, 0);
+      if (neighbour.lay == Lay::cut && !below(number->second, q).is_inside) continue;
       const V3d other = neighbour.lay == Lay::copy ? copied(neighbour, q) : bent(number->second, q);
-      const V3d expected = copied(own, q + shift), apart = copied(own, V3d(joint.own)) - expected;
+      const V3d expected = copied(own, q + shift), apart = copied(own, V3d(joint.own_point)) - expected;
       const V3d moved = (expected - other) / (scale_ * static_cast<double>(joint.radius));
-      const double way = joint.goes_on ? moved.length() : moved.dot(apart.normalized());
+      const double way = joint.is_continuation ? moved.length() : moved.dot(apart.normalized());
       own.gap = std::max(own.gap, way);
       own.overlap = std::max(own.overlap, -way);
     }
@@ -124,7 +125,7 @@ class RepeatLayer {
         line.clear();
       };
       const auto add = [&](const V3f& p) {
-        if (!below(i, V3d(p)).inside) return finish();
+        if (!below(i, V3d(p)).is_inside) return finish();
         line.emplace_back(bent(i, V3d(p)));
       };
       const auto own = segments.subspan(ply * each, each);
@@ -135,15 +136,15 @@ class RepeatLayer {
   }
 
   /// The tubes on the surface, as far as it has them.
-  TubeMesh bend(int i, const RepeatTubes& tubes) const {
+  TubeMesh bend(int i, const MergedTubes& tubes) const {
     TubeMesh result;
     const TubeMesh& mesh = tubes.mesh;
     std::vector<int> kept(mesh.positions.size(), -1);
     for (std::size_t k = 0; k + 2 < mesh.indices.size(); k += 3) {
       std::array<std::uint32_t, 3> corners{mesh.indices[k], mesh.indices[k + 1], mesh.indices[k + 2]};
       const V3f sum = mesh.positions[corners[0]] + mesh.positions[corners[1]] + mesh.positions[corners[2]];
-      if (!below(i, V3d(sum) / 3.0).inside) continue;
-      if (laid[i].shape.mirrored) std::swap(corners[1], corners[2]);
+      if (!below(i, V3d(sum) / 3.0).is_inside) continue;
+      if (laid[i].shape.is_mirrored) std::swap(corners[1], corners[2]);
       for (const std::uint32_t corner : corners) {
         if (kept[corner] < 0) {
           kept[corner] = static_cast<int>(result.positions.size());
@@ -156,7 +157,9 @@ class RepeatLayer {
   }
 
  private:
-  V2d uv_of(int i, const V3d& p) const { return V2d(p.x / period_.x, -p.y / period_.y) + V2d(cells_[i].at); }
+  V2d uv_of(int i, const V3d& p) const {
+    return V2d(p.x / period_.x, -p.y / period_.y) + V2d(cells_[i].repeat_index);
+  }
 
   /// The cloth that shows this place of the repeat. Rows leave their places within the region.
   ClothPoint below(int i, const V3d& p) const {
@@ -166,8 +169,8 @@ class RepeatLayer {
       const V2d within = V2d(uv - region_->min), left = V2d(region_->max - uv);
       const double fraction = std::clamp(std::min({within.x, within.y, left.x, left.y}), 0.0, 1.0);
       const RepeatPlace place = repeat_place(uv);
-      const RepeatPlace moved = place_of(yarns_.variation(), place, static_cast<float>(fraction));
-      uv = shown - V2d(moved.repeat - place.repeat) - V2d(moved.within - place.within);
+      const RepeatPlace moved = displaced_place(yarns_.variation(), place, static_cast<float>(fraction));
+      uv = shown - V2d(moved.repeat - place.repeat) - V2d(moved.fraction - place.fraction);
     }
     return point_at(cloth_, cells_[i], uv);
   }
@@ -188,13 +191,13 @@ class RepeatLayer {
     std::array<ClothPoint, 4> sides;
     constexpr std::array<std::array<double, 2>, 4> middles{{{0, 0.5}, {1, 0.5}, {0.5, 1}, {0.5, 0}}};
     for (std::size_t k = 0; k < 4; ++k)
-      sides[k] = point_at(cloth_, cells_[i], V2d(cells_[i].at) + V2d(middles[k][0], middles[k][1]));
+      sides[k] = point_at(cloth_, cells_[i], V2d(cells_[i].repeat_index) + V2d(middles[k][0], middles[k][1]));
     V3d along = (sides[1].position - sides[0].position) / period_.x;
     V3d up = (sides[3].position - sides[2].position) / period_.y;
     const V3d turn_along = sides[1].normal - sides[0].normal, turn_up = sides[3].normal - sides[2].normal;
     repeat.turn = std::max(turn_along.length(), turn_up.length());
     repeat.shear = std::abs(std::numbers::pi / 2 - angle_between(along, up));
-    repeat.shape.mirrored = cloth_.triangles[cells_[i].triangles.front()].mirrored;
+    repeat.shape.is_mirrored = cloth_.triangles[cells_[i].triangles.front()].is_mirrored;
     const double squareness = std::sqrt(period_.y / period_.x);
     const std::array<double, 3> bends{
         turn_along.dot(along.normalized()), turn_up.dot(up.normalized()),
@@ -202,15 +205,15 @@ class RepeatLayer {
     for (std::size_t k = 0; k < 3; ++k)
       repeat.shape.bend[k] =
           static_cast<int>(std::lround(std::clamp(bends[k] / bend_step, -1.0 * max_steps, 1.0 * max_steps)));
-    if (repeat.shape.mirrored) along *= -1;
+    if (repeat.shape.is_mirrored) along *= -1;
 
     constexpr double weight_of_end = 10, weight_of_middles = 1e-3;
     std::vector<std::tuple<double, V3d, V3d>> pairs;
     double sum = 0;
     V3d centre(0, 0, 0), middle(0, 0, 0);
     for (const YarnJoint& joint : joints_) {
-      const double weight = joint.goes_on ? weight_of_end : 1;
-      const V3d own(joint.own);
+      const double weight = joint.is_continuation ? weight_of_end : 1;
+      const V3d own(joint.own_point);
       const auto& [_, from, to] = pairs.emplace_back(weight, shaped(own, repeat.shape, frame_), bent(i, own));
       sum += weight;
       centre += from * weight;
@@ -239,18 +242,18 @@ class RepeatLayer {
     const V3d translation = middle - centre * scale * turned;
     repeat.to_world = M44d().setScale(scale) * turned * M44d().setTranslation(translation);
     repeat.copy = {V3f(translation), V4f(Imath::V4d(rotation.v.x, rotation.v.y, rotation.v.z, rotation.r)),
-                   V3f(scale), yarns_.factor_at(V2d(cells_[i].at) + V2d(0.5, 0.5), -1)};
+                   V3f(scale), yarns_.variation_factor(V2d(cells_[i].repeat_index) + V2d(0.5, 0.5), -1)};
   }
 
-  void add_vertex(int i, const RepeatTubes& tubes, std::uint32_t vertex, TubeMesh& result) const {
+  void add_vertex(int i, const MergedTubes& tubes, std::uint32_t vertex, TubeMesh& result) const {
     const V3d p(tubes.mesh.positions[vertex]), n(tubes.mesh.normals[vertex]);
     result.positions.emplace_back(bent(i, p));
     const ClothPoint surface = below(i, p);
-    const V3d x = surface.along_u / period_.x, y = surface.along_v / -period_.y, z = surface.normal * scale_;
+    const V3d x = surface.dp_du / period_.x, y = surface.dp_dv / -period_.y, z = surface.normal * scale_;
     const V3d normal = y.cross(z) * n.x + z.cross(x) * n.y + x.cross(y) * n.z;
-    result.normals.emplace_back((laid[i].shape.mirrored ? -normal : normal).normalized());
+    result.normals.emplace_back((laid[i].shape.is_mirrored ? -normal : normal).normalized());
     result.tex_coords.push_back(tubes.mesh.tex_coords[vertex]);
-    result.shades.push_back(yarns_.factor_at(uv_of(i, p), tubes.curve));
+    result.shades.push_back(yarns_.variation_factor(uv_of(i, p), tubes.first_curve));
   }
 
   const Cloth& cloth_;
@@ -278,17 +281,19 @@ void append_mesh(const TubeMesh& part, TubeMesh& whole) {
 
 }  // namespace
 
-double max_fault(double turn) { return turn <= 4 * degree ? 0.1 : std::max(0.25, 0.025 * turn / degree); }
+double copy_gap_limit(double turn) {
+  return turn <= 4 * degree ? 0.1 : std::max(0.25, 0.025 * turn / degree);
+}
 
 TubeMesh shaped_mesh(TubeMesh mesh, const MeshShape& shape, const RepeatFrame& frame) {
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     V3f& n = mesh.normals[v];
     const V2f lean(lean_at(V3d(mesh.positions[v]), shape, frame));
     n = V3f(n.x + lean.x * n.z, n.y + lean.y * n.z, n.z - lean.x * n.x - lean.y * n.y).normalized();
-    if (shape.mirrored) n.x = -n.x;
+    if (shape.is_mirrored) n.x = -n.x;
     mesh.positions[v] = V3f(shaped(V3d(mesh.positions[v]), shape, frame));
   }
-  for (std::size_t i = 0; shape.mirrored && i + 2 < mesh.indices.size(); i += 3)
+  for (std::size_t i = 0; shape.is_mirrored && i + 2 < mesh.indices.size(); i += 3)
     std::swap(mesh.indices[i + 1], mesh.indices[i + 2]);
   return mesh;
 }
@@ -318,35 +323,35 @@ LaidCloth place_repeats(const Cloth& cloth, const std::vector<ClothCell>& cells,
   std::vector<std::vector<TubeMesh>> tubes(cells.size());
   each([&](int i) {
     if (layer.laid[i].lay == Lay::copy || layer.laid[i].lay == Lay::none) return;
-    for (const RepeatTubes& one : meshes[mesh_of_cell[i]].tubes) tubes[i].push_back(layer.bend(i, one));
+    for (const MergedTubes& one : meshes[mesh_of_cell[i]].tubes) tubes[i].push_back(layer.bend(i, one));
   });
   LaidCloth all;
   std::size_t first = 0;
   for (const YarnCurve& curve : yarns.data().curves) {
-    PlyLines& lines = all.lines.emplace_back();
+    PlyLines& lines = all.region_lines.emplace_back();
     const std::size_t count = segment_count(curve);
     for (int i = 0; i < static_cast<int>(cells.size()); ++i)
       if (mesh_of_cell[i] > 0)
-        layer.add_lines(i, curve, yarns.inside().segments.subspan(first, count), lines);
+        layer.add_lines(i, curve, yarns.geometry().segments.subspan(first, count), lines);
     first += count;
   }
-  for (const RepeatMesh& mesh : meshes) all.repeats.emplace_back().bent.resize(mesh.tubes.size());
+  for (const RepeatMesh& mesh : meshes) all.repeats.emplace_back().bent_meshes.resize(mesh.tubes.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const LaidRepeat& repeat = layer.laid[i];
     const bool is_empty =
         std::ranges::all_of(tubes[i], [](const TubeMesh& one) { return one.indices.empty(); });
     if (repeat.lay == Lay::none || (repeat.lay != Lay::copy && is_empty)) continue;
     PlacedRepeats& placed = all.repeats[mesh_of_cell[i]];
-    all.gap = std::max(all.gap, repeat.gap);
-    all.overlap = std::max(all.overlap, repeat.overlap);
+    all.max_gap_radii = std::max(all.max_gap_radii, repeat.gap);
+    all.max_overlap_radii = std::max(all.max_overlap_radii, repeat.overlap);
     if (repeat.lay != Lay::cut) {
-      all.turn = std::max(all.turn, repeat.turn);
-      all.shear = std::max(all.shear, repeat.shear);
+      all.max_turn = std::max(all.max_turn, repeat.turn);
+      all.max_shear = std::max(all.max_shear, repeat.shear);
     }
-    placed.bent_repeats += repeat.lay == Lay::bent;
-    placed.cut_repeats += repeat.lay == Lay::cut;
+    placed.bent_repeat_count += repeat.lay == Lay::bent;
+    placed.cut_repeat_count += repeat.lay == Lay::cut;
     if (repeat.lay == Lay::copy) placed.copies[repeat.shape].push_back(repeat.copy);
-    for (std::size_t y = 0; y < tubes[i].size(); ++y) append_mesh(tubes[i][y], placed.bent[y]);
+    for (std::size_t y = 0; y < tubes[i].size(); ++y) append_mesh(tubes[i][y], placed.bent_meshes[y]);
   }
   return all;
 }

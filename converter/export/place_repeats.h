@@ -14,7 +14,7 @@ namespace selvedge {
 
 /// How the mesh of a repeat is shaped for its copies, so that few of them are too far from the cloth.
 struct MeshShape {
-  bool mirrored = false;  ///< x is turned over, last
+  bool is_mirrored = false;  ///< x is turned over, last
   /// Steps by which the normal turns over a repeat: to x along x, to y along y, and to y along x.
   std::array<int, 3> bend{0, 0, 0};
   auto operator<=>(const MeshShape&) const = default;
@@ -38,9 +38,9 @@ struct RepeatCopy {
 /// Yarn that is drawn with one mesh of the repeat.
 struct PlacedRepeats {
   std::map<MeshShape, std::vector<RepeatCopy>> copies;
-  std::vector<TubeMesh> bent;  ///< of each of the mesh's yarns: m, world
-  int bent_repeats = 0;        ///< whole ones, whose copies would leave too large gaps
-  int cut_repeats = 0;         ///< by borders and seams
+  std::vector<TubeMesh> bent_meshes;  ///< of each of the mesh's yarns: m, world
+  int bent_repeat_count = 0;          ///< whole ones, whose copies would leave too large gaps
+  int cut_repeat_count = 0;           ///< by borders and seams
 };
 
 /// Axes of the plies of one curve, or of the curve itself if it has none.
@@ -48,14 +48,14 @@ using PlyLines = std::vector<std::vector<V3f>>;
 
 struct LaidCloth {
   std::vector<PlacedRepeats> repeats;  ///< of each mesh
-  std::vector<PlyLines> lines;         ///< of each curve in the region: m, world
-  double gap = 0;                      ///< between neighbours of which one is a copy, radii of yarn, at most
-  double overlap = 0;                  ///< likewise, more than in the repeat itself
-  double turn = 0, shear = 0;          ///< radians, of the surface over a repeat, at most
+  std::vector<PlyLines> region_lines;  ///< of each curve in the region: m, world
+  double max_gap_radii = 0;            ///< between neighbours of which one is a copy, radii of yarn, at most
+  double max_overlap_radii = 0;        ///< likewise, more than in the repeat itself
+  double max_turn = 0, max_shear = 0;  ///< radians, of the surface over a repeat, at most
 };
 
 /// Bounds of both, beyond which a repeat is bent instead, where the cloth turns so far (radians).
-double max_fault(double turn);
+double copy_gap_limit(double turn);
 
 /// Places the yarn of the cells; `mesh_of_cell`: 0 outside of the region (texture coordinates in repeats), 1
 /// in it. Bent yarn follows the surface vertex by vertex; triangles whose middle lies beyond it are left out.

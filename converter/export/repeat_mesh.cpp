@@ -38,7 +38,7 @@ struct Chain {
   /// How much it bends, in roots of its radii.
   double winding() const {
     const Yarns::Segment& s = segments.front();
-    return bend.back() / 2 / std::sqrt(static_cast<double>(s.radius / thin_radius(1.0F, s.squeeze)));
+    return bend.back() / 2 / std::sqrt(static_cast<double>(s.radius / round_section_radius(1.0F, s.squeeze)));
   }
 };
 
@@ -82,7 +82,7 @@ ChainPlace place_at(const Chain& chain, double fraction) {
 /// The light that points of the yarn reflect, for each light above the cloth.
 class Lighting {
  public:
-  explicit Lighting(const Yarns& yarns) : yarns_(yarns), lights_(directions_of(lights_above)) {}
+  explicit Lighting(const Yarns& yarns) : yarns_(yarns), lights_(cell_directions(lights_above)) {}
 
   /// The normal whose cosines come nearest to what places about a vertex reflect, each as far as it is seen
   /// from above: what lies at other yarn is not.
@@ -134,7 +134,7 @@ class Lighting {
     const V3f normal = result.point.normal, view(0, 0, 1);
     std::vector<bool> lit;
     for (const V3f& l : lights_) {
-      lit.push_back(normal.dot(l) > 0 && !yarns_.occluded(hits.front(), result.point, l));
+      lit.push_back(normal.dot(l) > 0 && !yarns_.is_occluded(hits.front(), result.point, l));
       if (lit.back()) result.seen += normal.dot(l) * std::pow(l.z, 4.0F) / static_cast<float>(lights_.size());
     }
     const float fraction = 1 / static_cast<float>(hits.size());
@@ -142,10 +142,10 @@ class Lighting {
       YarnPoint point = yarns_.point_at(hit);
       yarns_.add_strands(point, view);
       const LightTransfer transfer = yarns_.transfer_at(point);
-      const float factor = point.brightness * yarns_.view_factor(point, view) * fraction;
+      const float factor = point.brightness * yarns_.lustre_view_factor(point, view) * fraction;
       for (std::size_t i = 0; i < lights_.size(); ++i) {
         result.light[i] += indirect_light(transfer, lights_[i]) * factor;
-        if (lit[i]) result.light[i] += yarns_.direct(point, lights_[i], view) * fraction;
+        if (lit[i]) result.light[i] += yarns_.direct_reflectance(point, lights_[i], view) * fraction;
       }
     }
     return result;
@@ -195,9 +195,9 @@ class PliedCurve {
   PliedCurve(const Yarns& yarns, const YarnCurve& curve, Chain chain, int first_segment)
       : axis(std::move(chain)),
         plies_(curve.plies),
-        radius_(static_cast<float>(ply_radius(plies_.count))),
+        radius_(static_cast<float>(unit_ply_radius(plies_.count))),
         first_segment_(first_segment),
-        segments_(yarns.inside().segments) {}
+        segments_(yarns.geometry().segments) {}
 
   int plies() const { return plies_.count; }
   /// Radians, of the plies about the axis along the curve.
@@ -207,7 +207,7 @@ class PliedCurve {
   double turn_at(const ChainPlace& place) const {
     if (plies_.count == 1) return 0;
     const auto [segment, fraction] = ply_at(0, place);
-    const V3f out = mix(segment->out[0], segment->out[1], fraction);
+    const V3f out = mix(segment->axis_to_ply[0], segment->axis_to_ply[1], fraction);
     const double turn =
         std::atan2(out.dot(place.frame.tangent.cross(place.frame.across)), out.dot(place.frame.across));
     const double near = static_cast<double>(plies_.phase) +
@@ -222,8 +222,8 @@ class PliedCurve {
     return away * cosine + std::sqrt(std::max(0.0F, radius_ * radius_ - away * away * (1 - cosine * cosine)));
   }
 
-  /// One of so many corners from where a ply meets the one before it to where it meets the next; the angle is
-  /// from the first ply.
+  /// One of `corners` corners from where a ply meets the one before it to where it meets the next; the angle
+  /// is from the first ply.
   SectionCorner corner_of(int ply, int corner, int corners) const {
     const double between = pi / plies_.count, half = pi / 2 + between, side = half / corners;
     if (corner == 0)
@@ -240,13 +240,13 @@ class PliedCurve {
     float most = -1;
     for (int ply = 0; ply < plies_.count; ++ply) {
       const auto [segment, fraction] = ply_at(ply, place);
-      const float cosine = mix(segment->out[0], segment->out[1], fraction).dot(round);
+      const float cosine = mix(segment->axis_to_ply[0], segment->axis_to_ply[1], fraction).dot(round);
       if (cosine > most) std::tie(facing, most) = std::pair(ply, cosine);
     }
     const auto [segment, fraction] = ply_at(facing, place);
     const Yarns::Segment& s = *segment;
     const V3f way = squeezed(s.along, s.squeeze) * std::sqrt(s.inverse_length2);
-    V3f across = round * reach_at(most) - mix(s.out[0], s.out[1], fraction) * (1 - radius_);
+    V3f across = round * reach_at(most) - mix(s.axis_to_ply[0], s.axis_to_ply[1], fraction) * (1 - radius_);
     across = (across - way * way.dot(across)).normalized();
     return {static_cast<int>(segment - segments_.data()),
             s.along * fraction + stretched(across, s.squeeze) * s.radius};
@@ -274,7 +274,7 @@ std::vector<PliedCurve> curves_of(const Yarns& yarns) {
   for_each_curve(yarns.data(), [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
     YarnCurve bare = curve;
     bare.plies = {};
-    curves.emplace_back(yarns, curve, Chain(segments_of(bare, nodes, yarns.period())), first);
+    curves.emplace_back(yarns, curve, Chain(make_segments(bare, nodes, yarns.period())), first);
     first += static_cast<int>(segment_count(curve));
   });
   return curves;
@@ -288,7 +288,7 @@ struct Tube {
   int rings = min_rings;
   bool shows_plies = false;
   std::vector<SectionCorner> section;  ///< the last corner is the first, after a whole turn
-  std::ptrdiff_t group = 0;            ///< RepeatTubes
+  std::ptrdiff_t group = 0;            ///< MergedTubes
   int first_row = 0, rows = 0;         ///< of the picture
 
   Tube(const PliedCurve& own, double triangles) : curve(&own) {
@@ -313,7 +313,7 @@ struct Tube {
   }
 
   int sides() const { return static_cast<int>(section.size()) - 1; }
-  /// Rings as near to the curve as so many sides to its section.
+  /// Rings as near to the curve as this number of sides is to its section.
   int rings_of(int count) const { return static_cast<int>(count * curve->axis.winding() / (2 * pi)); }
   /// Where angles of the section count from.
   double first_angle(double turn) const { return shows_plies ? turn : 0; }
@@ -349,8 +349,9 @@ class TubeBuilder {
     const auto& data = yarns_.data().curves;
     for (std::size_t c = 0; c < curves_.size(); ++c) {
       Tube& tube = tubes.emplace_back(curves_[c], triangles * curves_[c].axis.length / length);
-      auto group = std::ranges::find_if(mesh.tubes, [&](const RepeatTubes& other) {
-        return data[other.curve].albedo == data[c].albedo && data[other.curve].gloss == data[c].gloss;
+      auto group = std::ranges::find_if(mesh.tubes, [&](const MergedTubes& other) {
+        return data[other.first_curve].albedo == data[c].albedo &&
+               data[other.first_curve].gloss == data[c].gloss;
       });
       if (group == mesh.tubes.end()) group = mesh.tubes.insert(group, {static_cast<int>(c), {}});
       tube.group = group - mesh.tubes.begin();
@@ -396,7 +397,7 @@ class TubeBuilder {
       const double turn = curve.turn_at(place), from = tube.first_angle(turn);
       const auto& [angle, reach] = tube.section[side];
       mesh.positions[vertex] =
-          place.frame.place_of(place.round_at(from + tube.section[side % sides].angle) * reach);
+          place.frame.surface_position(place.round_at(from + tube.section[side % sides].angle) * reach);
       mesh.tex_coords[vertex] =
           V2f(V2d((from + angle - turn) / (2 * pi), (tube.first_row + fraction * tube.rows) / height));
       std::vector<YarnHit> hits;
@@ -478,9 +479,9 @@ RepeatMesh mesh_of_repeat(const Yarns& yarns, double triangles, double pixels) {
   return TubeBuilder(yarns).build(triangles, pixels);
 }
 
-std::int64_t triangles_of(const RepeatMesh& mesh) {
+std::int64_t mesh_triangle_count(const RepeatMesh& mesh) {
   std::size_t sum = 0;
-  for (const RepeatTubes& tubes : mesh.tubes) sum += tubes.mesh.indices.size() / 3;
+  for (const MergedTubes& tubes : mesh.tubes) sum += tubes.mesh.indices.size() / 3;
   return static_cast<std::int64_t>(sum);
 }
 
@@ -528,11 +529,11 @@ std::vector<YarnJoint> joints_of(const Yarns& yarns) {
           const V3f shift(static_cast<float>(repeat.x) * period.x, static_cast<float>(repeat.y) * period.y,
                           0);
           const float distance =
-              (nearest.own - other - shift).length() / (curves[c].radius + curves[o].radius);
+              (nearest.own_point - other - shift).length() / (curves[c].radius + curves[o].radius);
           if (distance >= least) continue;
           least = distance;
-          nearest.other = other;
-          nearest.repeat = repeat;
+          nearest.other_point = other;
+          nearest.neighbour_offset = repeat;
         }
       }
       if (least < touching) joints.push_back(nearest);
@@ -541,11 +542,12 @@ std::vector<YarnJoint> joints_of(const Yarns& yarns) {
   return joints;
 }
 
-Imath::Box2d reach_of(const Yarns& yarns) {
+Imath::Box2d yarn_uv_bounds(const Yarns& yarns) {
   Imath::Box2d reach;
-  for (const Yarns::Segment& s : yarns.inside().segments) {
-    if (s.rank > 0) continue;
-    const V3f wide(reach_of(s.reach, s.squeeze, V3f(1, 0, 0)), reach_of(s.reach, s.squeeze, V3f(0, 1, 0)), 0);
+  for (const Yarns::Segment& s : yarns.geometry().segments) {
+    if (s.hair_threshold > 0) continue;
+    const V3f wide(section_extent(s.bounding_radius, s.squeeze, V3f(1, 0, 0)),
+                   section_extent(s.bounding_radius, s.squeeze, V3f(0, 1, 0)), 0);
     for (const V3f& p : {s.start - wide, s.start + wide, s.start + s.along - wide, s.start + s.along + wide})
       reach.extendBy(V2d(p.x / yarns.period().x, -p.y / yarns.period().y));
   }

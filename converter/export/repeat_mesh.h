@@ -22,22 +22,22 @@ struct TubeMesh {
 };
 
 /// Tubes of the curves that reflect alike.
-struct RepeatTubes {
-  int curve = 0;  ///< the first of them
+struct MergedTubes {
+  int first_curve = 0;  ///< the first of them
   TubeMesh mesh;
 };
 
 /// Under a light l above the cloth, a point of the surface with the normal n reflects
 /// picture max(0, n . l) / pi: direct light with what other yarn hides of it, and light by way of other yarn.
 struct RepeatMesh {
-  std::vector<RepeatTubes> tubes;
+  std::vector<MergedTubes> tubes;
   Image picture;  ///< linear, three channels, >= 0: the yarns' surfaces, columns around them, rows along them
 };
 
-/// At most so many triangles, unless min_triangles() are more, and about so many pixels. Plies are tubes of
-/// their own where the triangles suffice; else the yarn is one tube, with its plies in the picture.
+/// The mesh has at most these triangles, unless min_triangles() are more, and about these pixels. Plies are
+/// tubes of their own where the triangles suffice; else the yarn is one tube, with its plies in the picture.
 RepeatMesh mesh_of_repeat(const Yarns& yarns, double triangles, double pixels);
-std::int64_t triangles_of(const RepeatMesh& mesh);
+std::int64_t mesh_triangle_count(const RepeatMesh& mesh);
 
 /// The fewest triangles that a repeat can have, and those beyond which more show no detail.
 double min_triangles(const Yarns& yarns);
@@ -45,14 +45,14 @@ double max_triangles(const Yarns& yarns);
 
 /// Where yarn continues in a neighbouring repeat, or touches its yarn; axes, in the frame of either's cell.
 struct YarnJoint {
-  V3f own{0, 0, 0}, other{0, 0, 0};  ///< mm
-  V2i repeat{0, 0};                  ///< periods along x and y from the own cell to the neighbour's
-  float radius = 0;                  ///< mm, of a round yarn with the same area
-  bool goes_on = false;              ///< one yarn; else two that touch
+  V3f own_point{0, 0, 0}, other_point{0, 0, 0};  ///< mm
+  V2i neighbour_offset{0, 0};    ///< periods along x and y from the own cell to the neighbour's
+  float radius = 0;              ///< mm, of a round yarn with the same area
+  bool is_continuation = false;  ///< one yarn; else two that touch
 };
 std::vector<YarnJoint> joints_of(const Yarns& yarns);
 
 /// Where the yarn of a repeat lies, in repeats: around the cell from (0, 0) to (1, 1), v grows downwards.
-Imath::Box2d reach_of(const Yarns& yarns);
+Imath::Box2d yarn_uv_bounds(const Yarns& yarns);
 
 }  // namespace selvedge

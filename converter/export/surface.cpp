@@ -23,7 +23,7 @@ double distance_from(const Cloth::Triangle& t, const std::array<V2d, N>& points)
     const V2d from = t.corners[i].uv, edge = t.corners[(i + 1) % 3].uv - from;
     double nearest = std::numeric_limits<double>::infinity();
     for (const V2d& point : points)
-      nearest = std::min(nearest, (t.mirrored ? -1 : 1) * cross(edge, point - from) / edge.length());
+      nearest = std::min(nearest, (t.is_mirrored ? -1 : 1) * cross(edge, point - from) / edge.length());
     farthest = std::max(farthest, nearest);
   }
   return farthest;
@@ -42,7 +42,7 @@ void Cloth::add(const std::array<Corner, 3>& corners) {
   for (Corner& corner : triangles.back().corners)
     corner.normal = corner.normal.length() > 0 ? corner.normal.normalized() : face.normalized();
   area += face.length() / 2;
-  repeats += std::abs(covered) / 2;
+  uv_area += std::abs(covered) / 2;
 }
 
 void Cloth::join() {
@@ -52,7 +52,7 @@ void Cloth::join() {
     t.patch = -1;
     for (const Corner& corner : t.corners) {
       const auto [place, fresh] = places.try_emplace(
-          {t.mirrored, corner.position.x, corner.position.y, corner.position.z, corner.uv.x, corner.uv.y});
+          {t.is_mirrored, corner.position.x, corner.position.y, corner.position.z, corner.uv.x, corner.uv.y});
       if (fresh) place->second = patches.add();
       const int own = patches.root(place->second);
       if (t.patch >= 0) patches.join(std::max(own, t.patch), std::min(own, t.patch));
@@ -95,7 +95,7 @@ std::optional<std::vector<ClothCell>> cells_of(const Cloth& cloth, const Imath::
     const V2d from = box.min - reach.max, to = box.max - reach.min;
     // A triangle may cover little of its box.
     constexpr double max_boxes = 64;
-    if (!(std::max({-from.x, -from.y, to.x, to.y}) < max_repeat) ||
+    if (!(std::max({-from.x, -from.y, to.x, to.y}) < max_repeat_index) ||
         (to.x - from.x) * (to.y - from.y) > max_boxes * limit)
       return {};
     for (int row = static_cast<int>(std::ceil(from.y)); row <= to.y; ++row) {
@@ -131,7 +131,7 @@ ClothPoint point_at(const Cloth& cloth, const ClothCell& cell, const V2d& uv) {
   const V2d rest(cross(uv - a.uv, d2) / whole, cross(d1, uv - a.uv) / whole);
   const std::array<double, 3> weights{1 - rest.x - rest.y, rest.x, rest.y};
   ClothPoint point;
-  point.inside = distance <= edge;
+  point.is_inside = distance <= edge;
   V3d middle(0, 0, 0);
   double sum = 0;
   for (int i = 0; i < 3; ++i) {
@@ -151,8 +151,8 @@ ClothPoint point_at(const Cloth& cloth, const ClothCell& cell, const V2d& uv) {
   }
   point.position += lift * 0.5;  // the fraction with which the surface is at right angles to the normals
   const V3d e1 = b.position - a.position, e2 = c.position - a.position;
-  for (auto* along : {&point.along_u, &point.along_v}) {
-    const bool u = along == &point.along_u;
+  for (auto* along : {&point.dp_du, &point.dp_dv}) {
+    const bool u = along == &point.dp_du;
     *along = (u ? e1 * d2.y - e2 * d1.y : e2 * d1.x - e1 * d2.x) / whole;
     *along -= point.normal * point.normal.dot(*along);
   }

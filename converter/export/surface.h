@@ -19,12 +19,12 @@ struct Cloth {
   };
   struct Triangle {
     std::array<Corner, 3> corners;
-    int patch = 0;          ///< the same for triangles that hang together
-    bool mirrored = false;  ///< whether the fabric shows as in a mirror; of all in a patch
+    int patch = 0;             ///< the same for triangles that hang together
+    bool is_mirrored = false;  ///< whether the fabric shows as in a mirror; of all in a patch
   };
   std::vector<Triangle> triangles;  ///< without those whose texture coordinates cover no area
   double area = 0;                  ///< m^2
-  double repeats = 0;               ///< area of the texture coordinates
+  double uv_area = 0;               ///< area of the texture coordinates
 
   /// Takes a triangle with its area; corners with equal positions and texture coordinates join.
   void add(const std::array<Corner, 3>& corners);
@@ -39,20 +39,21 @@ Cloth cloth_of(const Scene& scene, int material);
 /// yarn of the repeat may lie on.
 struct ClothCell {
   int patch = 0;
-  V2i at{0, 0};
+  V2i repeat_index{0, 0};
   std::vector<int> triangles;
 };
 
 /// The cells whose yarn may lie on the cloth, patch by patch and row by row. `reach`: of a repeat
-/// (reach_of()). Nothing if there are more than `limit`, or texture coordinates beyond max_repeat.
+/// (yarn_uv_bounds()). Nothing if there are more than `limit`, or texture coordinates beyond
+/// max_repeat_index.
 std::optional<std::vector<ClothCell>> cells_of(const Cloth& cloth, const Imath::Box2d& reach, double limit);
 
 /// A point of a surface: where it is, and how it changes with the texture coordinates.
 struct ClothPoint {
-  V3d position{0, 0, 0};                   ///< m
-  V3d along_u{0, 0, 0}, along_v{0, 0, 0};  ///< m a repeat
-  V3d normal{0, 0, 0};                     ///< unit
-  bool inside = false;  ///< whether the surface has the texture coordinates; else a neighbour is continued
+  V3d position{0, 0, 0};               ///< m
+  V3d dp_du{0, 0, 0}, dp_dv{0, 0, 0};  ///< m a repeat
+  V3d normal{0, 0, 0};                 ///< unit
+  bool is_inside = false;  ///< whether the surface has the texture coordinates; else a neighbour is continued
 };
 
 /// The surface curves between the corners as their normals turn (Boubekeur and Alexa 2008, "Phong

@@ -23,19 +23,19 @@ struct CellBlock {
 
 /// Fraction of the way through the block after which a ray is shifted back. Less than 1, so that a wall
 /// exactly at the end of the block lies ahead of the shifted ray.
-inline constexpr double block_turn = 1 - 1e-4;
+inline constexpr double wrap_fraction = 1 - 1e-4;
 
 /// Minimum slope: a horizontal ray would be shifted for ever.
 inline constexpr int max_block_pieces = 4096;
 
 /// Distance along the ray to the end of the interval, or infinity.
 template <class Real>
-Real leave_interval(Real origin, Real direction, Real low, Real high) {
+Real interval_exit(Real origin, Real direction, Real low, Real high) {
   const Real distance = ((direction > 0 ? high : low) - origin) / direction;
   return direction == 0 ? std::numeric_limits<Real>::infinity() : distance;
 }
 
-inline double wrap_into(double value, double period) {
+inline double wrap_to_period(double value, double period) {
   if (value >= 0 && value < period) return value;
   const double wrapped = value - period * std::floor(value / period);
   return wrapped < period ? wrapped : 0;
@@ -56,7 +56,7 @@ inline RTCRay ray_from(const V3d& origin, const V3d& direction, double far) {
 }
 
 /// Moves the origin of a ray from above or below onto the slab of the cell. False if the ray misses it.
-inline bool onto_slab(const CellBlock& block, V3d& origin, const V3d& direction) {
+inline bool enter_slab(const CellBlock& block, V3d& origin, const V3d& direction) {
   if (origin.z > block.z_high) {
     if (direction.z >= 0) return false;
     origin += direction * ((block.z_high - origin.z) / direction.z);
@@ -70,17 +70,17 @@ inline bool onto_slab(const CellBlock& block, V3d& origin, const V3d& direction)
 
 /// Walks a ray block by block. `step(origin, far)` traces one piece and returns whether to stop.
 template <class Step>
-bool walk(const CellBlock& block, V3d origin, const V3d& direction, const Step& step) {
-  if (!onto_slab(block, origin, direction)) return false;
+bool walk_blocks(const CellBlock& block, V3d origin, const V3d& direction, const Step& step) {
+  if (!enter_slab(block, origin, direction)) return false;
   for (int piece = 0; piece < max_block_pieces; ++piece) {
-    origin.x = wrap_into(origin.x, block.period.x);
-    origin.y = wrap_into(origin.y, block.period.y);
-    const double out = leave_interval(origin.z, direction.z, block.z_low, block.z_high);
-    const double side = std::min(leave_interval(origin.x, direction.x, block.min.x, block.max.x),
-                                 leave_interval(origin.y, direction.y, block.min.y, block.max.y));
+    origin.x = wrap_to_period(origin.x, block.period.x);
+    origin.y = wrap_to_period(origin.y, block.period.y);
+    const double out = interval_exit(origin.z, direction.z, block.z_low, block.z_high);
+    const double side = std::min(interval_exit(origin.x, direction.x, block.min.x, block.max.x),
+                                 interval_exit(origin.y, direction.y, block.min.y, block.max.y));
     if (step(origin, std::min(out, side))) return true;
     if (out <= side || side == std::numeric_limits<double>::infinity()) return false;
-    origin += direction * (block_turn * side);
+    origin += direction * (wrap_fraction * side);
   }
   return false;
 }

@@ -19,10 +19,10 @@
 namespace selvedge {
 namespace {
 
-constexpr int functions = light_functions_of_yarn;
-constexpr int columns = columns_of_light;
+constexpr int functions = yarn_light_function_count;
+constexpr int columns = light_columns;
 /// Terms of the lustre: Chebyshev's U_0, U_1 and U_2, which the stored moments have.
-constexpr int orders = light_moments + 1;
+constexpr int orders = light_moment_count + 1;
 /// Weight of a place that hardly any view shows, and of covered ones.
 constexpr double covered_weight = 0.05;
 /// Fronts beyond which a station is one part: their light takes 350 bytes each.
@@ -208,7 +208,7 @@ struct EvenLight {
     }
   }
   /// The means of U_1 and U_2 by which they come nearest to the light under all lights.
-  std::array<double, light_moments> means_over(const Moments& met) const {
+  std::array<double, light_moment_count> means_over(const Moments& met) const {
     std::array<double, orders> sums{};
     for (int n = 0; n < orders; ++n) {
       for (int j = 0; j < functions; ++j) {
@@ -216,8 +216,8 @@ struct EvenLight {
           sums[n] += static_cast<double>(met[0][j] * products[j][k] * met[n][k]);
       }
     }
-    std::array<double, light_moments> means{};
-    for (int n = 0; n < light_moments && sums[0] > 0; ++n) means[n] = sums[n + 1] / sums[0];
+    std::array<double, light_moment_count> means{};
+    for (int n = 0; n < light_moment_count && sums[0] > 0; ++n) means[n] = sums[n + 1] / sums[0];
     return means;
   }
 };
@@ -243,16 +243,16 @@ class LineLight {
   /// Finds the light of every patch by way of others: from above, or from below.
   bool light(bool below);
   /// Sets `all` to the places of a curve, lit from the sides that have been found.
-  void find_places(int curve, std::vector<LitPlace>& all) const;
+  void find_places(int curve, std::vector<LitPoint>& all) const;
 
  private:
   static int parts_for(const Yarns& yarns) {
-    int fronts = 0;
+    int outside_count = 0;
     for (const YarnCurve& curve : yarns.data().curves)
-      fronts += curve.stations * curve.plies.count * YarnPatches::around;
-    return fronts > many_fronts ? 1 : 2;
+      outside_count += curve.stations * curve.plies.count * YarnPatches::patches_around_ply;
+    return outside_count > many_fronts ? 1 : 2;
   }
-  bool is_front(int patch) const { return patch < patches_.fronts(); }
+  bool is_front(int patch) const { return patch < patches_.outside_count(); }
   bool is_inside(int patch) const { return patch >= patches_.first_inside(); }
   /// Diffuse light that goes back, of which a hair has all.
   V3f back_of(int patch) const {
@@ -266,7 +266,7 @@ class LineLight {
   void send_first(const PatchFace& from, const PatchFace& to, float area, bool with_moments);
   void send(int patch, std::vector<ColourFunctions>& sent) const;
   bool solve(std::vector<ColourFunctions>& settled);
-  void add_to(std::vector<LitPlace>& places, int curve, bool below) const;
+  void add_to(std::vector<LitPoint>& places, int curve, bool below) const;
 
   const Yarns& yarns_;
   LineLightOptions o_;
@@ -280,37 +280,39 @@ class LineLight {
   std::vector<Moments> direct_;  ///< irradiance from the sky, by U_n of the light along the fibre
   std::vector<Moments> met_;     ///< of fronts: light by way of one other patch, likewise, over all colours
   std::vector<Functions> sky_;   ///< irradiance from the sky
-  std::vector<std::array<double, light_moments>> moments_;  ///< of fronts: of the light that they meet
-  std::vector<ColourFunctions> light_;                      ///< irradiance by way of others
+  std::vector<std::array<double, light_moment_count>> moments_;  ///< of fronts: of the light that they meet
+  std::vector<ColourFunctions> light_;                           ///< irradiance by way of others
   std::array<std::vector<ColourFunctions>, 2> lit_;  ///< the same from above and below, when it is found
 };
 
 void LineLight::find_exchange() {
   float thinnest = 1e30F;
-  for (const YarnCurve& curve : yarns_.data().curves) thinnest = std::min(thinnest, radius_of_plies(curve));
+  for (const YarnCurve& curve : yarns_.data().curves)
+    thinnest = std::min(thinnest, ply_or_yarn_radius(curve));
   // About as many lines for each patch.
-  const float spacing = o_.spacing * thinnest * std::sqrt(2 / static_cast<float>(patches_.parts()));
+  const float spacing =
+      o_.spacing_radii * thinnest * std::sqrt(2 / static_cast<float>(patches_.parts_per_station()));
   area_.assign(patches_.count(), 0);
-  crossings_.resize(o_.directions);
+  crossings_.resize(o_.direction_count);
   ScratchPool<LineScratch> scratch;
   std::size_t links = 0;
-  for (int first = 0, end = 0, unlinked = 0; first < o_.directions; first = end) {
-    end = std::min(o_.directions, first + directions_at_once);
+  for (int first = 0, end = 0, unlinked = 0; first < o_.direction_count; first = end) {
+    end = std::min(o_.direction_count, first + directions_at_once);
     parallel_for(first, end, [&](int i) {
-      crossings_[i] =
-          cross_yarn(yarns_, patches_, spiral_direction(i, o_.directions), spacing, i, *scratch.lend());
+      crossings_[i] = trace_lines(yarns_, patches_, spiral_direction(i, o_.direction_count), spacing, i,
+                                  *scratch.acquire());
     });
     for (int i = first; i < end; ++i)
-      links += 2 * (crossings_[i].outside.size() + crossings_[i].inside.size());
-    if (links < max_links && end < o_.directions) continue;
+      links += 2 * (crossings_[i].open_air_links.size() + crossings_[i].inside_links.size());
+    if (links < max_links && end < o_.direction_count) continue;
     exchange_.add([&](const auto& link) {
       for (int i = unlinked; i < end; ++i) {
         const LineCrossings& c = crossings_[i];
-        for (const auto& [upper, lower] : c.outside) {
+        for (const auto& [upper, lower] : c.open_air_links) {
           link(upper.patch, lower.patch, c.area);
           link(lower.patch, upper.patch, c.area);
         }
-        for (const auto& [a, b] : c.inside) {
+        for (const auto& [a, b] : c.inside_links) {
           link(patches_.inside_of(a), patches_.inside_of(b), c.area);
           link(patches_.inside_of(b), patches_.inside_of(a), c.area);
         }
@@ -318,18 +320,18 @@ void LineLight::find_exchange() {
     });
     for (links = 0; unlinked < end; ++unlinked) {
       LineCrossings& c = crossings_[unlinked];
-      for (const auto& [upper, lower] : c.outside) {
+      for (const auto& [upper, lower] : c.open_air_links) {
         area_[upper.patch] += c.area;
         area_[lower.patch] += c.area;
       }
-      for (const auto& [a, b] : c.inside) {
+      for (const auto& [a, b] : c.inside_links) {
         area_[patches_.inside_of(a)] += c.area;
         area_[patches_.inside_of(b)] += c.area;
       }
-      for (const auto* faces : {&c.lit, &c.lit_below}) {
+      for (const auto* faces : {&c.sky_above, &c.sky_below}) {
         for (const PatchFace& face : *faces) area_[face.patch] += c.area;
       }
-      c.inside = std::vector<std::array<std::int32_t, 2>>();
+      c.inside_links = std::vector<std::array<std::int32_t, 2>>();
     }
   }
   exchange_.divide_by(area_);
@@ -343,7 +345,7 @@ bool LineLight::light(bool below) {
 
 /// Projects light of the sky that the lines see on the functions, by least squares over their directions.
 void LineLight::light_directly(bool below) {
-  const int m = o_.directions;
+  const int m = o_.direction_count;
   Eigen::MatrixXd basis(m, functions);
   for (int i = 0; i < m; ++i) {
     V3f from = spiral_direction(i, m);
@@ -355,8 +357,8 @@ void LineLight::light_directly(bool below) {
   direct_.assign(patches_.first_inside(), Moments{});
   for (int i = 0; i < m; ++i) {
     const LineCrossings& c = crossings_[i];
-    for (const PatchFace& face : below ? c.lit_below : c.lit) {
-      const auto u = chebyshev(face.along);
+    for (const PatchFace& face : below ? c.sky_below : c.sky_above) {
+      const auto u = chebyshev(face.fibre_cosine);
       // Lines of m directions, and backwards, pass a place in the mean of the cosine over the sphere, 1/2:
       // irradiance is m / 2 times what falls on the area of its lines.
       const float scale = c.area * static_cast<float>(m) / (2 * area_[face.patch]);
@@ -373,15 +375,16 @@ void LineLight::send_first(const PatchFace& from, const PatchFace& to, float are
   const float weight = area / area_[to.patch];
   Moments* const met = with_moments && is_front(to.patch) ? &met_[to.patch] : nullptr;
   reflect_first({back_of(from.patch), walls_[curve].gloss, lustre_[curve]}, direct_[from.patch],
-                chebyshev(from.along), weight, light_[to.patch].v.data(), chebyshev(to.along), met);
+                chebyshev(from.fibre_cosine), weight, light_[to.patch].v.data(), chebyshev(to.fibre_cosine),
+                met);
 }
 
 /// Lights patches by way of one other, and keeps of the sky's light what is needed then.
 void LineLight::light_first(bool below) {
   light_.assign(patches_.count(), {});
-  if (!below) met_.assign(patches_.fronts(), Moments{});
+  if (!below) met_.assign(patches_.outside_count(), Moments{});
   for (const LineCrossings& c : crossings_) {
-    for (const auto& [upper, lower] : c.outside) {
+    for (const auto& [upper, lower] : c.open_air_links) {
       send_first(upper, lower, c.area, !below);
       send_first(lower, upper, c.area, !below);
     }
@@ -403,10 +406,10 @@ void LineLight::send(int patch, std::vector<ColourFunctions>& sent) const {
             light_[is_front(patch) ? patches_.inside_of(patch) : patch], sent[patch]);
     return;
   }
-  const int first = (patch - patches_.first_inside()) * YarnPatches::inside_parts;
+  const int first = (patch - patches_.first_inside()) * YarnPatches::fronts_per_inside;
   float area = 1e-30F;
   ColourFunctions mean;
-  for (int p = first; p < first + YarnPatches::inside_parts; ++p) {
+  for (int p = first; p < first + YarnPatches::fronts_per_inside; ++p) {
     area += area_[p];
     for (int k = 0; k < 3 * functions; ++k) mean.v[k] += area_[p] * (sky_[p][k % functions] + light_[p].v[k]);
   }
@@ -448,8 +451,8 @@ bool LineLight::solve(std::vector<ColourFunctions>& settled) {
       send(p, sent);
       if (is_front(p)) send(patches_.inside_of(p), sent);
       if (is_inside(p)) {
-        const int first = (p - patches_.first_inside()) * YarnPatches::inside_parts;
-        for (int front = first; front < first + YarnPatches::inside_parts; ++front) send(front, sent);
+        const int first = (p - patches_.first_inside()) * YarnPatches::fronts_per_inside;
+        for (int front = first; front < first + YarnPatches::fronts_per_inside; ++front) send(front, sent);
       }
     }
     std::erase_if(colours, [&](int c) {
@@ -466,20 +469,20 @@ bool LineLight::solve(std::vector<ColourFunctions>& settled) {
 }
 
 /// The place at an angle about a ply, between two stations.
-LitPlace place_at(const Yarns& yarns, int curve, float station, int ply, float angle) {
-  LitPlace place;
+LitPoint place_at(const Yarns& yarns, int curve, float station, int ply, float angle) {
+  LitPoint place;
   place.station = static_cast<double>(station);
   place.light.setZero();
   const YarnCurve& c = yarns.data().curves[curve];
   const auto at_frame = [&](const YarnFrame& frame) {
-    const V3f& from = c.plies.count == 1 ? frame.across : frame.out;
+    const V3f& from = c.plies.count == 1 ? frame.across : frame.axis_to_ply;
     const V3f beside = frame.tangent.cross(frame.across);
     const V3f round = from * std::cos(angle) + frame.tangent.cross(from) * std::sin(angle);
     YarnPoint at;
     at.cosine = round.dot(frame.across);
     at.sine = round.dot(beside);
-    at.side = {frame.out.dot(frame.across), frame.out.dot(beside)};
-    place.up += static_cast<double>(frame.normal_of(round).z) / 2;
+    at.ply_side = {frame.axis_to_ply.dot(frame.across), frame.axis_to_ply.dot(beside)};
+    place.normal_z += static_cast<double>(frame.surface_normal(round).z) / 2;
     return at;
   };
   const int first = static_cast<int>(station);
@@ -492,35 +495,36 @@ LitPlace place_at(const Yarns& yarns, int curve, float station, int ply, float a
   const V2f turned = V2f(at.cosine, at.sine) * (1 - fraction) + V2f(next.cosine, next.sine) * fraction;
   at.cosine = turned.normalized().x;
   at.sine = turned.normalized().y;
-  at.side = (at.side * (1 - fraction) + next.side * fraction).normalized();
+  at.ply_side = (at.ply_side * (1 - fraction) + next.ply_side * fraction).normalized();
   const auto values = angle_factors(c.plies, at);
-  for (int k = 0; k < angle_functions; ++k) place.functions[k] = static_cast<double>(values[k]);
+  for (int k = 0; k < angle_function_count; ++k) place.angle_values[k] = static_cast<double>(values[k]);
   return place;
 }
 
 /// A place for every front, and one for what other yarn covers of it.
-void LineLight::find_places(int c, std::vector<LitPlace>& all) const {
+void LineLight::find_places(int c, std::vector<LitPoint>& all) const {
   constexpr float pi = std::numbers::pi_v<float>;
   const YarnCurve& curve = yarns_.data().curves[c];
   all.clear();
   const int plies = curve.plies.count;
-  const int parts = curve.stations * patches_.parts();
-  all.reserve(std::size_t{2} * parts * plies * YarnPatches::around);
+  const int parts = curve.stations * patches_.parts_per_station();
+  all.reserve(std::size_t{2} * parts * plies * YarnPatches::patches_around_ply);
   // Plies touch their neighbours so far from their outermost line.
   const float reach = plies == 1 ? pi : pi / 2 + pi / static_cast<float>(plies);
   // Nearly the largest: nothing covers it.
   std::vector<float> areas(
       area_.begin() + patches_.front(c, 0, 0, 0),
-      area_.begin() + patches_.front(c, parts - 1, plies - 1, YarnPatches::around - 1) + 1);
+      area_.begin() + patches_.front(c, parts - 1, plies - 1, YarnPatches::patches_around_ply - 1) + 1);
   const auto high = areas.begin() + static_cast<std::ptrdiff_t>(areas.size() * 9 / 10);
   std::ranges::nth_element(areas, high);
   const double full = std::max(static_cast<double>(*high), 1e-30);
   for (int part = 0; part < parts; ++part) {
     for (int ply = 0; ply < plies; ++ply) {
-      for (int a = 0; a < YarnPatches::around; ++a) {
-        const float angle = -pi + (static_cast<float>(a) + 0.5F) * (2 * pi / YarnPatches::around);
-        const float station = (static_cast<float>(part) + 0.5F) / static_cast<float>(patches_.parts());
-        LitPlace place = place_at(yarns_, c, station, ply, angle);
+      for (int a = 0; a < YarnPatches::patches_around_ply; ++a) {
+        const float angle = -pi + (static_cast<float>(a) + 0.5F) * (2 * pi / YarnPatches::patches_around_ply);
+        const float station =
+            (static_cast<float>(part) + 0.5F) / static_cast<float>(patches_.parts_per_station());
+        LitPoint place = place_at(yarns_, c, station, ply, angle);
         double seen = 1;  // roughly the fraction of views
         if (plies > 1)
           seen = static_cast<double>((std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach)));
@@ -528,7 +532,7 @@ void LineLight::find_places(int c, std::vector<LitPlace>& all) const {
         place.weight = open * std::max(covered_weight, seen);
         all.push_back(place);
         place.weight = std::abs(angle) <= reach ? (1 - open) * covered_weight : 0;
-        place.open = false;
+        place.is_visible = false;
         all.push_back(place);
       }
     }
@@ -537,7 +541,7 @@ void LineLight::find_places(int c, std::vector<LitPlace>& all) const {
   if (o_.both_sides) add_to(all, c, true);
 }
 
-void LineLight::add_to(std::vector<LitPlace>& places, int c, bool below) const {
+void LineLight::add_to(std::vector<LitPoint>& places, int c, bool below) const {
   const EvenLight& even = even_light();
   const std::vector<ColourFunctions>& light = lit_[below ? 1 : 0];
   const YarnCurve& curve = yarns_.data().curves[c];
@@ -546,10 +550,10 @@ void LineLight::add_to(std::vector<LitPlace>& places, int c, bool below) const {
       curve.albedo * (1 - gloss.weight) + V3f(gloss.weight * mean_gloss_albedo(gloss.roughness));
   int front = patches_.front(c, 0, 0, 0);
   for (std::size_t i = 0; i < places.size(); i += 2, ++front) {
-    PlaceLight& to = places[i].light;
+    LightColumns& to = places[i].light;
     // Who sees a place from above has no light from below but the stored; the cloth turned over adds what
     // comes straight to places that face down.
-    const bool direct = below && places[i].up > 0;
+    const bool direct = below && places[i].normal_z > 0;
     const int inside = patches_.inside_of(front);
     std::array<double, 2> mean{};  // of the light that the surface reflects, and that comes through it
     for (int k = 0; k < columns; ++k) {
@@ -563,15 +567,15 @@ void LineLight::add_to(std::vector<LitPlace>& places, int c, bool below) const {
       mean[1] += static_cast<double>(through * even.mean[k / 3]);
     }
     if (below || gloss.lustre == 0 || !(mean[0] > 0)) continue;
-    for (int n = 0; n < light_moments; ++n)
+    for (int n = 0; n < light_moment_count; ++n)
       to[2 * columns + n] = moments_[front][n] * mean[0] / (mean[0] + mean[1]);
   }
 }
 
 }  // namespace
 
-bool light_yarn(YarnData& data, const V2f& period, std::span<const V3f> through,
-                const LineLightOptions& options) {
+bool compute_yarn_light(YarnData& data, const V2f& period, std::span<const V3f> through,
+                        const LineLightOptions& options) {
   const auto stations = static_cast<std::size_t>(counts_of(data).stations);
   data.light.assign(stations * light_values_per_station, 0);
   data.through.assign(options.both_sides ? data.light.size() : 0, 0);
@@ -581,9 +585,9 @@ bool light_yarn(YarnData& data, const V2f& period, std::span<const V3f> through,
   if (options.both_sides) settled = light.light(true) && settled;
   std::vector<int> first(data.curves.size(), 0);
   for (std::size_t c = 1; c < first.size(); ++c) first[c] = first[c - 1] + data.curves[c - 1].stations;
-  ScratchPool<std::vector<LitPlace>> scratch;
+  ScratchPool<std::vector<LitPoint>> scratch;
   parallel_for(0, static_cast<int>(first.size()), [&](int c) {
-    const auto places = scratch.lend();
+    const auto places = scratch.acquire();
     light.find_places(c, *places);
     fit_stations(*places, c, first[c], through[c] != V3f(0, 0, 0), data);
   });

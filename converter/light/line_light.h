@@ -13,9 +13,9 @@
 namespace selvedge {
 
 struct LineLightOptions {
-  bool both_sides = false;  ///< YarnData::through, too
-  int directions = 64;      ///< of lines, over the upper half of the sphere; each is followed both ways
-  float spacing = 0.5F;     ///< of lines, in radii of the thinnest ply
+  bool both_sides = false;     ///< YarnData::through, too
+  int direction_count = 64;    ///< of lines, over the upper half of the sphere; each is followed both ways
+  float spacing_radii = 0.5F;  ///< of lines, in radii of the thinnest ply
 };
 
 /// Gives the curves their indirect light, and all light from below if that is wanted. Heights are above the
@@ -23,7 +23,7 @@ struct LineLightOptions {
 /// a ply (YarnCell). Values are whole multiples of a power of two a curve and colour. Returns whether the
 /// light has settled: at albedos next to 1 it may still be short by more than a thousandth. The same for any
 /// number of threads. Precondition: validate() holds of the curves and nodes.
-bool light_yarn(YarnData& data, const V2f& period, std::span<const V3f> through,
-                const LineLightOptions& options = {});
+bool compute_yarn_light(YarnData& data, const V2f& period, std::span<const V3f> through,
+                        const LineLightOptions& options = {});
 
 }  // namespace selvedge

@@ -54,39 +54,39 @@ constexpr double max_survival = 0.98;
 
 }  // namespace
 
-V2d spread_point(std::uint32_t index, std::uint64_t seed) {
+V2d sobol_point(std::uint32_t index, std::uint64_t seed) {
   // The first dimension is the index with its bits reversed: reversed again, the index itself.
   const std::uint32_t x = scrambled(index, static_cast<std::uint32_t>(seed));
   const std::uint32_t y = scrambled(reversed_sobol_y(index), static_cast<std::uint32_t>(seed >> 32));
   return {x * 0x1.0p-32, y * 0x1.0p-32};
 }
 
-V2d PathSampler::next() {
+V2d PathSampler::next_pair() {
   if (pair_ >= spread_pairs) {
     const double x = random_.uniform();
     return {x, random_.uniform()};
   }
-  const std::uint64_t hash = mix(seed_ ^ mix(++pair_));
+  const std::uint64_t hash = hash64(seed_ ^ hash64(++pair_));
   const std::uint32_t order =
       reverse_bits(permute_from_below(reverse_bits(index_), static_cast<std::uint32_t>(hash)));
-  return spread_point(order, mix(hash));
+  return sobol_point(order, hash64(hash));
 }
 
-std::optional<V3d> PathTracer::reflect(const SurfacePoint& point, const V3d& view, int depth,
-                                       PathSampler& sampler, V3d& throughput) const {
+std::optional<V3d> PathTracer::continue_path(const SurfacePoint& point, const V3d& view, int depth,
+                                             PathSampler& sampler, V3d& throughput) const {
   if (depth == bounces_) return std::nullopt;
-  YarnBrdf surface = surface_at(scene_, point);
-  if (depth > 0) surface.brightness = 1;
-  const auto sample = sample_bsdf(surface, view, sampler.next());
+  YarnBrdf surface = brdf_at(scene_, point);
+  if (depth > 0) surface.diffuse_factor = 1;
+  const auto sample = sample_bsdf(surface, view, sampler.next_pair());
   if (!sample) return std::nullopt;
-  // A fibre may reflect into the yarn, where light goes on if the yarn lets any through.
+  // A fibre may reflect into the yarn, where light continues if the yarn lets any through.
   if (surface.transmission == 0 && sample->direction.dot(V3d(point.face_normal)) <= 0) return std::nullopt;
   throughput *= sample->weight;
   const double brightest = std::max({throughput.x, throughput.y, throughput.z});
   if (brightest <= 0) return std::nullopt;
   if (depth < min_depth) return sample->direction;
   const double survival = std::min(max_survival, brightest);
-  if (sampler.next().x >= survival) return std::nullopt;
+  if (sampler.next_pair().x >= survival) return std::nullopt;
   throughput /= survival;
   return sample->direction;
 }
@@ -97,18 +97,18 @@ void PathTracer::add_indirect(const SurfacePoint& point, const V3d& view, std::s
   V3d towards = view;
   V3d throughput(1, 1, 1);
   for (int depth = 0;; ++depth) {
-    const auto direction = reflect(vertex, towards, depth, sampler, throughput);
-    if (!direction || !scene_.trace(scene_.leave(vertex, *direction), *direction, vertex)) return;
+    const auto direction = continue_path(vertex, towards, depth, sampler, throughput);
+    if (!direction || !scene_.trace(scene_.offset_origin(vertex, *direction), *direction, vertex)) return;
     towards = -*direction;
-    YarnBrdf surface = surface_at(scene_, vertex);
-    surface.brightness = 1;  // the mean over strands: no bounce creates light
+    YarnBrdf surface = brdf_at(scene_, vertex);
+    surface.diffuse_factor = 1;  // the mean over strands: no bounce creates light
     for (std::size_t first = 0; first < lights.size(); first += packet_size) {
       const auto packet = lights.subspan(first, std::min(packet_size, lights.size() - first));
       std::uint32_t lit = 0;
       for (std::size_t l = 0; l < packet.size(); ++l)
         lit |= (vertex.face_normal.dot(packet[l]) > 0 ? 1U : 0U) << l;
       std::uint32_t through = 0;
-      if (surface.transmission > 0 && vertex.back) {
+      if (surface.transmission > 0 && vertex.is_back) {
         through = ~lit & ((1U << packet.size()) - 1);
         lit = 0;
       }
@@ -117,7 +117,8 @@ void PathTracer::add_indirect(const SurfacePoint& point, const V3d& view, std::s
       for (; lit != 0; lit &= lit - 1) {
         const int l = std::countr_zero(lit);
         const V3d light(packet[l]);
-        radiance[first + l] += throughput * reflectance(surface, light, towards) * incidence(surface, light);
+        radiance[first + l] +=
+            throughput * reflectance(surface, light, towards) * incidence_cosine(surface, light);
       }
     }
   }

@@ -17,14 +17,14 @@
 namespace selvedge {
 
 /// Point `index` of the sequence scrambled by `seed`, in [0, 1)^2.
-V2d spread_point(std::uint32_t index, std::uint64_t seed);
+V2d sobol_point(std::uint32_t index, std::uint64_t seed);
 
 /// Random numbers of one path in pairs. The first `spread_pairs` are low-discrepancy over the paths of one
 /// seed (each pair in an order of its own), later ones are independent.
 class PathSampler {
  public:
   PathSampler(std::uint32_t index, std::uint64_t seed) : index_(index), seed_(seed), random_(seed, index) {}
-  V2d next();
+  V2d next_pair();
 
  private:
   static constexpr std::uint64_t spread_pairs = 4;
@@ -50,8 +50,8 @@ class PathTracer {
 
   /// Continues a path after `depth` reflections from `point`, seen from `view`: multiplies `throughput` and
   /// returns the next direction, perhaps through the wall, or nothing if the path ends.
-  std::optional<V3d> reflect(const SurfacePoint& point, const V3d& view, int depth, PathSampler& sampler,
-                             V3d& throughput) const;
+  std::optional<V3d> continue_path(const SurfacePoint& point, const V3d& view, int depth,
+                                   PathSampler& sampler, V3d& throughput) const;
 
  private:
   const RayScene& scene_;

@@ -21,8 +21,8 @@ namespace {
 /// Cells on each side of the middle one that a ray crosses before it is shifted back. More cost memory, fewer
 /// cost restarts; one suffices for most rays in a cell that is thinner than wide.
 constexpr int block_reach = 1;
-/// Cells of more triangles have parts of others around them alone, as wide as the cell is thick so many
-/// times.
+/// Cells of more triangles have parts of others around them alone, this many
+/// thicknesses of the cell wide.
 constexpr std::size_t few_triangles = 100000;
 constexpr double thicknesses_around = 2;
 
@@ -55,11 +55,11 @@ namespace {
 /// that the ray meets there.
 void place_on_hair(const RaySceneState& s, unsigned primitive, float side, SurfacePoint& point) {
   const Hairs& hairs = s.mesh.hairs;
-  point.back = false;
-  point.hair = s.hair_point_of[primitive / 2];
-  point.triangle = hairs.roots[point.hair / Hairs::points_each];
+  point.is_back = false;
+  point.hair_point = s.hair_point_of[primitive / 2];
+  point.triangle = hairs.root_triangles[point.hair_point / Hairs::points_per_hair];
   point.u = point.v = 1.0F / 3;
-  const V3f along = (hairs.points[point.hair + 1] - hairs.points[point.hair]).normalized();
+  const V3f along = (hairs.points[point.hair_point + 1] - hairs.points[point.hair_point]).normalized();
   const V3f across = point.view.cross(along).normalized();
   const V3f front = along.cross(across);
   point.face_normal = front * std::sqrt(std::max(0.0F, 1 - side * side)) + across * side;
@@ -70,12 +70,12 @@ SurfacePoint point_from(const RaySceneState& s, const V3d& position, const V3d& 
                         const V3f& geometric_normal, unsigned geometry, unsigned primitive, float u,
                         float v) {
   SurfacePoint point;
-  point.position =
-      V3f(V3d(wrap_into(position.x, s.block.period.x), wrap_into(position.y, s.block.period.y), position.z));
+  point.position = V3f(V3d(wrap_to_period(position.x, s.block.period.x),
+                           wrap_to_period(position.y, s.block.period.y), position.z));
   point.face_normal = geometric_normal.normalized();
   point.view = V3f(-direction);
-  point.back = point.face_normal.dot(V3f(direction)) > 0;
-  if (point.back) point.face_normal = -point.face_normal;
+  point.is_back = point.face_normal.dot(V3f(direction)) > 0;
+  if (point.is_back) point.face_normal = -point.face_normal;
   if (geometry == hair_geometry) {
     place_on_hair(s, primitive, primitive % 2 == 0 ? 2 * u - 1 : 1 - 2 * v, point);
     return point;
@@ -99,9 +99,9 @@ using PacketLanes = std::array<float, packet_size>;
 SELVEDGE_WIDE void leave_block(const RayPacket& p, const V3f& low, const V3f& high, PacketLanes& out,
                                PacketLanes& side, PacketLanes& far) {
   for (std::size_t i = 0; i < packet_size; ++i) {
-    out[i] = leave_interval(p.z[i], p.dz[i], low.z, high.z);
-    side[i] = std::min(leave_interval(p.x[i], p.dx[i], low.x, high.x),
-                       leave_interval(p.y[i], p.dy[i], low.y, high.y));
+    out[i] = interval_exit(p.z[i], p.dz[i], low.z, high.z);
+    side[i] = std::min(interval_exit(p.x[i], p.dx[i], low.x, high.x),
+                       interval_exit(p.y[i], p.dy[i], low.y, high.y));
     far[i] = std::min(out[i], side[i]);
   }
 }
@@ -126,13 +126,13 @@ void walk_packet(const RaySceneState& s, RayPacket& p, std::uint32_t active, con
       }
       const auto move = [&](float origin, float direction, double period) {
         return static_cast<float>(
-            wrap_into(static_cast<double>(origin) +
-                          static_cast<double>(direction) * block_turn * static_cast<double>(side[i]),
-                      period));
+            wrap_to_period(static_cast<double>(origin) +
+                               static_cast<double>(direction) * wrap_fraction * static_cast<double>(side[i]),
+                           period));
       };
       p.x[i] = move(p.x[i], p.dx[i], s.block.period.x);
       p.y[i] = move(p.y[i], p.dy[i], s.block.period.y);
-      p.z[i] += p.dz[i] * (static_cast<float>(block_turn) * side[i]);
+      p.z[i] += p.dz[i] * (static_cast<float>(wrap_fraction) * side[i]);
     }
   }
 }
@@ -215,9 +215,9 @@ std::uint32_t trace_rays(const RaySceneState& s, std::span<const V3d> origins,
     const std::size_t ray = i < count ? i : 0;
     const V3d& direction = directions[directions.size() == 1 ? 0 : ray];
     V3d origin = origins[origins.size() == 1 ? 0 : ray];
-    if (onto_slab(s.block, origin, direction) && i < count) active |= 1U << i;
-    origin.x = wrap_into(origin.x, s.block.period.x);
-    origin.y = wrap_into(origin.y, s.block.period.y);
+    if (enter_slab(s.block, origin, direction) && i < count) active |= 1U << i;
+    origin.x = wrap_to_period(origin.x, s.block.period.x);
+    origin.y = wrap_to_period(origin.y, s.block.period.y);
     set_lane(packet, i, origin, direction);
   }
   return trace_packet(s, packet, active, directions, points);
@@ -281,7 +281,7 @@ bool attach(RaySceneState& state, const std::vector<V3f>& vertices, const std::v
   return whole;
 }
 
-/// Rays that begin on a hair do not meet it again: hairs nearer than so many of their radii are passed.
+/// Rays that begin on a hair do not meet it again: hairs nearer than this, in their radii, are passed.
 constexpr float near_radii = 4;
 
 /// Lets the fraction `passed` of rays go on, by a number that belongs to the ray and the hair.
@@ -291,30 +291,30 @@ void pass_hairs(const RTCFilterFunctionNArguments* args) {
   const unsigned n = args->N;
   for (unsigned i = 0; i < n; ++i) {
     if (args->valid[i] != -1) continue;
-    const int hair = state.hair_point_of[RTCHitN_primID(args->hit, n, i) / 2] / Hairs::points_each;
+    const int hair = state.hair_point_of[RTCHitN_primID(args->hit, n, i) / 2] / Hairs::points_per_hair;
     const auto bits = [](float x) { return static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(x)); };
     RTCRayN* const ray = args->ray;
     const std::uint64_t origin = bits(RTCRayN_org_x(ray, n, i)) << 32U ^ bits(RTCRayN_org_y(ray, n, i));
     const std::uint64_t direction = bits(RTCRayN_dir_x(ray, n, i)) << 32U ^ bits(RTCRayN_dir_y(ray, n, i));
-    const std::uint64_t drawn = mix(mix(origin ^ mix(direction)) ^ static_cast<std::uint64_t>(hair));
+    const std::uint64_t drawn = hash64(hash64(origin ^ hash64(direction)) ^ static_cast<std::uint64_t>(hair));
     const bool near = RTCRayN_tfar(ray, n, i) < near_radii * hairs.radius[hair];
-    if (near || static_cast<float>(drawn >> 40U) * 0x1.0p-24F < hairs.passed[hair]) args->valid[i] = 0;
+    if (near || static_cast<float>(drawn >> 40U) * 0x1.0p-24F < hairs.transparency[hair]) args->valid[i] = 0;
   }
 }
 
 /// Both edges of a hair's ribbon at each of its points: it turns about itself by half a turn. Seen from
 /// anywhere, a ribbon of width pi r then covers 2 r on average, as a round hair does.
 void add_edges(const Hairs& hairs, std::size_t hair, std::vector<V3f>& edges) {
-  const V3f* const points = &hairs.points[hair * Hairs::points_each];
+  const V3f* const points = &hairs.points[hair * Hairs::points_per_hair];
   const double half_width = 0.5 * std::numbers::pi * static_cast<double>(hairs.radius[hair]);
   V3d across(0, 0, 0);
-  for (int k = 0; k < Hairs::points_each; ++k) {
-    const int next = std::min(k + 1, Hairs::points_each - 1);
+  for (int k = 0; k < Hairs::points_per_hair; ++k) {
+    const int next = std::min(k + 1, Hairs::points_per_hair - 1);
     V3d along(points[next] - points[next - 1]);
     along = along.length() > 0 ? along.normalized() : V3d(1, 0, 0);
     if (k == 0) across = along.cross(std::abs(along.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0));
     across = (across - along * across.dot(along)).normalized();
-    const double turn = std::numbers::pi * k / (Hairs::points_each - 1);
+    const double turn = std::numbers::pi * k / (Hairs::points_per_hair - 1);
     const V3d edge = (across * std::cos(turn) + along.cross(across) * std::sin(turn)) * half_width;
     edges.emplace_back(V3d(points[k]) - edge);
     edges.emplace_back(V3d(points[k]) + edge);
@@ -356,7 +356,7 @@ void fill_block(RaySceneState& state, int extra_x, int extra_y, std::vector<V3f>
 /// The hairs of all cells that reach into the block; true without any.
 bool attach_hairs(RaySceneState& state) {
   const Hairs& hairs = state.mesh.hairs;
-  if (hairs.roots.empty()) return true;
+  if (hairs.root_triangles.empty()) return true;
   const V2d period = state.mesh.period;
   V2d low(0, 0);
   V2d high(period);
@@ -367,12 +367,12 @@ bool attach_hairs(RaySceneState& state) {
       high[i] = std::max(high[i], p[i]);
     }
     // Rays begin where they enter the slab: further from a hair than the passed distance.
-    const auto clear = static_cast<double>(2 * near_radii * hairs.radius[k / Hairs::points_each]);
+    const auto clear = static_cast<double>(2 * near_radii * hairs.radius[k / Hairs::points_per_hair]);
     state.block.z_low = std::min(state.block.z_low, p.z - clear);
     state.block.z_high = std::max(state.block.z_high, p.z + clear);
   }
   std::vector<V3f> edges;
-  for (std::size_t h = 0; h < hairs.roots.size(); ++h) add_edges(hairs, h, edges);
+  for (std::size_t h = 0; h < hairs.root_triangles.size(); ++h) add_edges(hairs, h, edges);
   const auto cells = [](double overhang, double length) {
     return block_reach + static_cast<int>(std::ceil(overhang / length));
   };
@@ -382,7 +382,7 @@ bool attach_hairs(RaySceneState& state) {
     for (int cx = -cells(high.x - period.x, period.x); cx <= cells(-low.x, period.x); ++cx) {
       const V3d shift(cx * period.x, cy * period.y, 0);
       for (int p = 0; p < static_cast<int>(hairs.points.size()); ++p) {
-        if ((p + 1) % Hairs::points_each == 0) continue;
+        if ((p + 1) % Hairs::points_per_hair == 0) continue;
         const auto at = [&](int edge) { return V3d(edges[2 * p + edge]) + shift; };
         if (!meet({at(0), at(1), at(2), at(3)}, state.block)) continue;
         // The order that place_on_hair() reads.
@@ -408,7 +408,7 @@ const CellMesh& RayScene::mesh() const { return state_->mesh; }
 
 bool RayScene::trace(const V3d& origin, const V3d& direction, SurfacePoint& point) const {
   const RaySceneState& s = *state_;
-  return walk(s.block, origin, direction, [&](const V3d& start, double far) {
+  return walk_blocks(s.block, origin, direction, [&](const V3d& start, double far) {
     RTCRayHit query{};
     query.ray = ray_from(start, direction, far);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -431,12 +431,12 @@ std::uint32_t RayScene::trace(const V3d& origin, std::span<const V3d> directions
   return trace_rays(*state_, {&origin, 1}, directions, points);
 }
 
-V3d RayScene::leave(const SurfacePoint& point) const {
+V3d RayScene::offset_origin(const SurfacePoint& point) const {
   return V3d(point.position) + V3d(point.face_normal) * state_->offset;
 }
 
 V3f RayScene::vertex_normal(const SurfacePoint& point) const {
-  if (point.hair >= 0) return point.face_normal;
+  if (point.hair_point >= 0) return point.face_normal;
   // Not flipped towards the ray per vertex: at a silhouette the smooth normal may lean away slightly.
   const V3f smooth = interpolate(mesh().normals, point).normalized();
   return smooth.dot(point.face_normal) < 0 ? -smooth : smooth;
@@ -445,7 +445,7 @@ V3f RayScene::vertex_normal(const SurfacePoint& point) const {
 bool RayScene::occluded(const SurfacePoint& point, const V3f& direction) const {
   const RaySceneState& s = *state_;
   const V3d towards(direction);
-  return walk(s.block, leave(point), towards, [&](const V3d& start, double far) {
+  return walk_blocks(s.block, offset_origin(point), towards, [&](const V3d& start, double far) {
     RTCRay ray = ray_from(start, towards, far);
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
@@ -454,16 +454,16 @@ bool RayScene::occluded(const SurfacePoint& point, const V3f& direction) const {
   });
 }
 
-LeavingPacket RayScene::leave(const PointPacket& points, std::uint32_t active) const {
+OffsetOrigins RayScene::offset_origin(const PointPacket& points, std::uint32_t active) const {
   const int first = std::countr_zero(active);
-  LeavingPacket packet;
+  OffsetOrigins packet;
   for (std::size_t i = 0; i < packet_size; ++i) {
-    V3d origin = leave(points[(active >> i & 1U) != 0 ? i : first]);
+    V3d origin = offset_origin(points[(active >> i & 1U) != 0 ? i : first]);
     const CellBlock& block = state_->block;
     for (int k = 0; k < 2; ++k) {
       // Where the mesh reaches beyond its cell.
       if (origin[k] < block.min[k] || origin[k] > block.max[k])
-        origin[k] = wrap_into(origin[k], block.period[k]);
+        origin[k] = wrap_to_period(origin[k], block.period[k]);
     }
     packet.x[i] = static_cast<float>(origin.x);
     packet.y[i] = static_cast<float>(origin.y);
@@ -472,7 +472,7 @@ LeavingPacket RayScene::leave(const PointPacket& points, std::uint32_t active) c
   return packet;
 }
 
-std::uint32_t RayScene::occluded(const LeavingPacket& points, const V3f& direction,
+std::uint32_t RayScene::occluded(const OffsetOrigins& points, const V3f& direction,
                                  std::uint32_t active) const {
   if (active == 0) return 0;
   RayPacket packet{points.x, points.y, points.z, {}, {}, {}};
@@ -485,7 +485,7 @@ std::uint32_t RayScene::occluded(const LeavingPacket& points, const V3f& directi
 std::uint32_t RayScene::occluded(const SurfacePoint& point, std::span<const V3f> directions,
                                  std::uint32_t active) const {
   if (active == 0) return 0;
-  const V3d origin = leave(point);
+  const V3d origin = offset_origin(point);
   RayPacket packet{};
   for (std::size_t i = 0; i < packet_size; ++i) {
     set_lane(packet, i, origin, V3d(directions[i < directions.size() ? i : 0]));
@@ -559,7 +559,7 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name)
   return RayScene(std::move(state));
 }
 
-bool shows_backs(const RayScene& scene, bool from_below) {
+bool has_visible_backs(const RayScene& scene, bool from_below) {
   constexpr std::uint32_t count = 4096;
   constexpr int bounces = 3;
   const V2d period = scene.period();
@@ -569,18 +569,18 @@ bool shows_backs(const RayScene& scene, bool from_below) {
   for (std::uint32_t i = 0; i < (from_below ? 2 * count : count); ++i) {
     const bool down = i < count;
     PathSampler sampler(i, 0);
-    const V2d fraction = sampler.next();
+    const V2d fraction = sampler.next_pair();
     V3d origin(fraction.x * period.x, fraction.y * period.y, down ? above : -period.x);
-    V3d direction = cosine_direction({0, 0, down ? -1.0 : 1.0}, sampler.next());
+    V3d direction = cosine_direction({0, 0, down ? -1.0 : 1.0}, sampler.next_pair());
     SurfacePoint point;
     for (int k = 0; k <= bounces && scene.trace(origin, direction, point); ++k) {
       ++hits;
-      if (point.back) {
+      if (point.is_back) {
         ++backs;
         break;
       }
-      origin = scene.leave(point);
-      direction = cosine_direction(V3d(point.face_normal), sampler.next());
+      origin = scene.offset_origin(point);
+      direction = cosine_direction(V3d(point.face_normal), sampler.next_pair());
     }
   }
   return backs > max_backs * hits;

@@ -33,15 +33,15 @@ struct SurfacePoint {
   V3f view{0, 0, 0};         ///< unit, towards the ray's origin; zero: no ray met it
   /// First point of the piece of a hair in RayScene::mesh().hairs; -1: the triangle itself. A point on a hair
   /// has the middle of the hair's root as its place on the triangle.
-  int hair = -1;
-  bool back = false;  ///< the ray came from the side that sees the corners in clockwise order
+  int hair_point = -1;
+  bool is_back = false;  ///< the ray came from the side that sees the corners in clockwise order
 };
 
 /// The same place on the other side of the surface, where no ray met it.
 inline SurfacePoint other_side(SurfacePoint point) {
   point.face_normal = -point.face_normal;
   point.view = V3f(0, 0, 0);
-  point.back = !point.back;
+  point.is_back = !point.is_back;
   return point;
 }
 
@@ -49,7 +49,7 @@ inline constexpr std::size_t packet_size = 16;
 using PointPacket = std::array<SurfacePoint, packet_size>;
 
 /// Origins of rays that leave the points of a packet, computed once for many directions.
-struct LeavingPacket {
+struct OffsetOrigins {
   alignas(64) std::array<float, packet_size> x, y, z;
 };
 
@@ -79,19 +79,19 @@ class RayScene {
   /// Whether a ray from a surface point (offset along its face normal) in unit `direction` meets anything.
   bool occluded(const SurfacePoint& point, const V3f& direction) const;
   /// The same for the points whose bit in `active` is set; other bits of the result are 0.
-  std::uint32_t occluded(const LeavingPacket& points, const V3f& direction, std::uint32_t active) const;
+  std::uint32_t occluded(const OffsetOrigins& points, const V3f& direction, std::uint32_t active) const;
   /// The same for up to 16 directions from one point.
   std::uint32_t occluded(const SurfacePoint& point, std::span<const V3f> directions,
                          std::uint32_t active) const;
 
   /// The origin of a ray that leaves the surface at this point.
-  V3d leave(const SurfacePoint& point) const;
+  V3d offset_origin(const SurfacePoint& point) const;
   /// The same on the side that `direction` leads to.
-  V3d leave(const SurfacePoint& point, const V3d& direction) const {
-    return leave(direction.dot(V3d(point.face_normal)) < 0 ? other_side(point) : point);
+  V3d offset_origin(const SurfacePoint& point, const V3d& direction) const {
+    return offset_origin(direction.dot(V3d(point.face_normal)) < 0 ? other_side(point) : point);
   }
   /// The same for the points whose bit in `active` is set (at least one); other lanes have no meaning.
-  LeavingPacket leave(const PointPacket& points, std::uint32_t active) const;
+  OffsetOrigins offset_origin(const PointPacket& points, std::uint32_t active) const;
 
   /// Interpolates a value per vertex of the mesh. `Value` has the operations of a vector space.
   template <class Value>
@@ -112,6 +112,6 @@ class RayScene {
 /// Whether more than a few of the surfaces that diffuse light from above (and `from_below`) meets, or reaches
 /// in up to three reflections, are backs of triangles, as with open sheets or random winding. Intersecting
 /// closed yarns show a few backs as well.
-bool shows_backs(const RayScene& scene, bool from_below);
+bool has_visible_backs(const RayScene& scene, bool from_below);
 
 }  // namespace selvedge

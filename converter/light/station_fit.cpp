@@ -15,17 +15,17 @@ constexpr double step_of_moments = 1.0 / 32;
 constexpr double covered_light = 0.3;
 /// Regularises the functions beyond the mean against noise, and the stations against their neighbours, by the
 /// mean weight of a place.
-constexpr std::array<double, angle_functions> smoothing{1e-9, 1e-3, 1e-3, 4e-3, 4e-3};
-constexpr double alike = 1e-3;
+constexpr std::array<double, angle_function_count> smoothing{1e-9, 1e-3, 1e-3, 4e-3, 4e-3};
+constexpr double smoothness_weight = 1e-3;
 
-using Block = Eigen::Matrix<double, angle_functions, angle_functions>;
-using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, PlaceLight::ColsAtCompileTime>;
+using Block = Eigen::Matrix<double, angle_function_count, angle_function_count>;
+using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, LightColumns::ColsAtCompileTime>;
 
 struct Between {
   int station, next;
   double fraction;  ///< of the next
 };
-Between between(const LitPlace& place, int stations) {
+Between between(const LitPoint& place, int stations) {
   const double whole = std::floor(place.station);
   const int station = static_cast<int>(whole) % stations;
   return {station, (station + 1) % stations, place.station - whole};
@@ -33,17 +33,17 @@ Between between(const LitPlace& place, int stations) {
 
 /// Gives covered places a fraction of the mean of their station's open ones, or of the nearest stations' that
 /// have any.
-void fill_covered(std::vector<LitPlace>& places, int stations) {
-  std::vector<PlaceLight> means(stations, PlaceLight::Zero());
+void fill_covered(std::vector<LitPoint>& places, int stations) {
+  std::vector<LightColumns> means(stations, LightColumns::Zero());
   std::vector<double> open(stations, 0);
-  for (const LitPlace& place : places) {
-    if (!place.open) continue;
+  for (const LitPoint& place : places) {
+    if (!place.is_visible) continue;
     const int s = between(place, stations).station;
     means[s] += place.light * place.weight;
     open[s] += place.weight;
   }
-  for (LitPlace& place : places) {
-    if (place.open) continue;
+  for (LitPoint& place : places) {
+    if (place.is_visible) continue;
     const int s = between(place, stations).station;
     place.light.setZero();
     double weight = 0;
@@ -57,42 +57,42 @@ void fill_covered(std::vector<LitPlace>& places, int stations) {
   }
 }
 
-/// The coefficients that fit the places best, [station * angle_functions + function].
-Coefficients solved_for(const std::vector<LitPlace>& places, int stations) {
+/// The coefficients that fit the places best, [station * angle_function_count + function].
+Coefficients solved_for(const std::vector<LitPoint>& places, int stations) {
   std::vector<Block> here(stations, Block::Zero());
   std::vector<Block> to_next(stations, Block::Zero());
-  Coefficients right = Coefficients::Zero(stations * angle_functions, PlaceLight::ColsAtCompileTime);
+  Coefficients right = Coefficients::Zero(stations * angle_function_count, LightColumns::ColsAtCompileTime);
   double weight = 0;
-  for (const LitPlace& place : places) {
+  for (const LitPoint& place : places) {
     const Between at = between(place, stations);
     const double rest = 1 - at.fraction;
-    const Block square = place.weight * place.functions.transpose() * place.functions;
+    const Block square = place.weight * place.angle_values.transpose() * place.angle_values;
     here[at.station] += rest * rest * square;
     here[at.next] += at.fraction * at.fraction * square;
     to_next[at.station] += rest * at.fraction * square;
-    const auto product = (place.weight * place.functions.transpose() * place.light).eval();
-    right.middleRows<angle_functions>(at.station * angle_functions) += rest * product;
-    right.middleRows<angle_functions>(at.next * angle_functions) += at.fraction * product;
+    const auto product = (place.weight * place.angle_values.transpose() * place.light).eval();
+    right.middleRows<angle_function_count>(at.station * angle_function_count) += rest * product;
+    right.middleRows<angle_function_count>(at.next * angle_function_count) += at.fraction * product;
     weight += place.weight / static_cast<double>(places.size());
   }
   std::vector<Eigen::Triplet<double>> entries;
   for (int s = 0; s < stations; ++s) {
     const int next = (s + 1) % stations;
-    for (int i = 0; i < angle_functions; ++i) {
-      const int row = s * angle_functions + i;
-      const int neighbour = next * angle_functions + i;
-      entries.emplace_back(row, row, weight * (smoothing[i] + alike));
-      entries.emplace_back(neighbour, neighbour, weight * alike);
-      entries.emplace_back(row, neighbour, -weight * alike);
-      entries.emplace_back(neighbour, row, -weight * alike);
-      for (int j = 0; j < angle_functions; ++j) {
-        entries.emplace_back(row, s * angle_functions + j, here[s](i, j));
-        entries.emplace_back(row, next * angle_functions + j, to_next[s](i, j));
-        entries.emplace_back(next * angle_functions + j, row, to_next[s](i, j));
+    for (int i = 0; i < angle_function_count; ++i) {
+      const int row = s * angle_function_count + i;
+      const int neighbour = next * angle_function_count + i;
+      entries.emplace_back(row, row, weight * (smoothing[i] + smoothness_weight));
+      entries.emplace_back(neighbour, neighbour, weight * smoothness_weight);
+      entries.emplace_back(row, neighbour, -weight * smoothness_weight);
+      entries.emplace_back(neighbour, row, -weight * smoothness_weight);
+      for (int j = 0; j < angle_function_count; ++j) {
+        entries.emplace_back(row, s * angle_function_count + j, here[s](i, j));
+        entries.emplace_back(row, next * angle_function_count + j, to_next[s](i, j));
+        entries.emplace_back(next * angle_function_count + j, row, to_next[s](i, j));
       }
     }
   }
-  Eigen::SparseMatrix<double> normal(stations * angle_functions, stations * angle_functions);
+  Eigen::SparseMatrix<double> normal(stations * angle_function_count, stations * angle_function_count);
   normal.setFromTriplets(entries.begin(), entries.end());
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(normal);
   return solver.solve(right);
@@ -100,9 +100,9 @@ Coefficients solved_for(const std::vector<LitPlace>& places, int stations) {
 
 /// Writes one side's coefficients, rounded to steps that differ by colour.
 void write_rounded(const Coefficients& solved, int side, bool exact, float* out) {
-  const auto light = solved.middleCols<columns_of_light>(side * columns_of_light);
+  const auto light = solved.middleCols<light_columns>(side * light_columns);
   std::array<double, 3> largest{};
-  for (int k = 0; k < columns_of_light; ++k)
+  for (int k = 0; k < light_columns; ++k)
     largest[k % 3] = std::max(largest[k % 3], light.col(k).cwiseAbs().maxCoeff());
   const double brightest = *std::ranges::max_element(largest);
   // The brightest colour has 8 bits, and of light that comes through each has: a red that is a hundred
@@ -113,14 +113,14 @@ void write_rounded(const Coefficients& solved, int side, bool exact, float* out)
     const double wanted = (fine ? largest[colour] : brightest) / 127;
     if (wanted > 0) step[colour] = std::exp2(std::ceil(std::log2(wanted)));
   }
-  for (int first = 0; first < solved.rows(); first += angle_functions) {
-    for (int i = 0; i < angle_functions; ++i) {
-      for (int k = 0; k < columns_of_light; ++k)
+  for (int first = 0; first < solved.rows(); first += angle_function_count) {
+    for (int i = 0; i < angle_function_count; ++i) {
+      for (int k = 0; k < light_columns; ++k)
         *out++ = static_cast<float>(std::round(light(first + i, k) / step[k % 3]) * step[k % 3]);
     }
-    for (int n = 0; n < light_moments; ++n) {
-      for (int i = 0; i < angle_functions; ++i) {
-        const double moment = side == 0 ? solved(first + i, 2 * columns_of_light + n) : 0;
+    for (int n = 0; n < light_moment_count; ++n) {
+      for (int i = 0; i < angle_function_count; ++i) {
+        const double moment = side == 0 ? solved(first + i, 2 * light_columns + n) : 0;
         *out++ = static_cast<float>(std::round(moment / step_of_moments) * step_of_moments);
       }
     }
@@ -129,7 +129,7 @@ void write_rounded(const Coefficients& solved, int side, bool exact, float* out)
 
 }  // namespace
 
-void fit_stations(std::vector<LitPlace>& places, int curve, int first, bool exact, YarnData& data) {
+void fit_stations(std::vector<LitPoint>& places, int curve, int first, bool exact, YarnData& data) {
   const int stations = data.curves[curve].stations;
   fill_covered(places, stations);
   const Coefficients solved = solved_for(places, stations);

@@ -21,28 +21,28 @@ namespace selvedge {
 /// All directions are unit and point away from the surface.
 struct YarnBrdf {
   V3d normal{0, 0, 1};
-  V3d albedo{0, 0, 0};  ///< of the wall (wall_albedo.h)
-  V3d fibre{1, 0, 0};   ///< unit, in the plane of the surface
+  V3d albedo{0, 0, 0};           ///< of the wall (wall_albedo.h)
+  V3d fibre_direction{1, 0, 0};  ///< unit, in the plane of the surface
   Gloss gloss;
   double transmission = 0;  ///< fraction of the diffuse part that goes through the wall, in [0, 1]
   V3d inward{0, 0, -1};     ///< unit, of the triangle, away from the viewer: the side that it goes to
   /// Factor on the diffuse light that leaves: of the strand, where light crosses many of them. About 1.
-  double brightness = 1;
+  double diffuse_factor = 1;
 };
 
 /// The surface at a point, with the fibre projected to the triangle's plane, and the strand of fibres that is
 /// met there (yarn_strands.h).
-YarnBrdf surface_at(const RayScene& scene, const SurfacePoint& point);
+YarnBrdf brdf_at(const RayScene& scene, const SurfacePoint& point);
 
 /// Fraction of the light that is not in the highlight: 1 - w. In translucent yarn also the light that the
 /// highlight's facets block, on average: there light goes on where it would be lost.
-double dull_weight(const YarnBrdf& surface);
+double diffuse_weight(const YarnBrdf& surface);
 
 /// Whether light from there reaches a viewer through the wall.
-bool comes_through(const YarnBrdf& surface, const V3d& light);
+bool is_transmitted(const YarnBrdf& surface, const V3d& light);
 
 /// Cosine of the light's incidence, on the side that it comes from; 0 where it lies below both.
-double incidence(const YarnBrdf& surface, const V3d& light);
+double incidence_cosine(const YarnBrdf& surface, const V3d& light);
 
 /// f in 1/sr, also of light that comes through; 0 if a direction lies below the surface.
 V3d reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view);
@@ -51,7 +51,7 @@ V3d reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view);
 class GlossPacket {
  public:
   using Lanes = std::array<float, packet_size>;
-  void set(std::size_t lane, const YarnBrdf& surface, const V3d& view);
+  void set_lane(std::size_t lane, const YarnBrdf& surface, const V3d& view);
   /// Evaluates the body of every lane, and the weight times gloss_reflectance(), which is 0 if light or view
   /// lies below the surface; 1/sr.
   void reflectance(const V3f& light, Lanes& body, Lanes& gloss) const;

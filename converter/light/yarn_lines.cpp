@@ -10,8 +10,8 @@
 namespace selvedge {
 namespace {
 
-/// How far pieces of plies reach beyond their ends, in radii: the splatter closes their joints likewise.
-constexpr float joint = 0.12F;
+/// How far pieces of plies reach beyond their ends, in radii: the splatter closes their joints the same way.
+constexpr float end_overlap = 0.12F;
 
 using Interval = LineScratch::Interval;
 
@@ -43,7 +43,7 @@ struct LineGrid {
 };
 
 /// A value at height 0 of the line through (x, y), linear in both.
-struct Form {
+struct LinearForm {
   float constant = 0, x = 0, y = 0;
   float at(float px, float py) const { return constant + x * px + y * py; }
 };
@@ -61,31 +61,31 @@ void cross_piece(const Yarns::Segment& s, std::int32_t piece, const LineGrid& gr
   const V3f across = way.cross(a);
   // The point at height 0: its distance from the axis across the way, its place along the axis; and the
   // height where the line is nearest to the axis.
-  Form distance, place, middle;
-  const auto set = [&](const V3f& from, float Form::*member) {
+  LinearForm distance, place, middle;
+  const auto set = [&](const V3f& from, float LinearForm::*member) {
     const V3f f = squeezed(from, s.squeeze);
     distance.*member = f.dot(across) * inverse;
     place.*member = f.dot(a);
     middle.*member = (f.dot(a) * along_way - way.dot(f)) * inverse;
   };
-  set(-s.start, &Form::constant);
-  set(V3f(1, 0, 0), &Form::x);
-  set(V3f(0, 1, 0), &Form::y);
+  set(-s.start, &LinearForm::constant);
+  set(V3f(1, 0, 0), &LinearForm::x);
+  set(V3f(0, 1, 0), &LinearForm::y);
   const float r2 = s.radius * s.radius * inverse;
   const float r = std::sqrt(r2);
-  const float start = s.rank > 0 ? 0 : -s.radius * joint;
+  const float start = s.hair_threshold > 0 ? 0 : -s.radius * end_overlap;
   const float end = length - start;
   std::array<int, 2> low{}, high{};
   for (int k = 0; k < 2; ++k) {
     const float from = s.start[k] - grid.slope[k] * s.start.z;
     const float along = s.along[k] - grid.slope[k] * s.along.z;
-    const float reach = (s.wide(s.radius) - start) * std::sqrt(1 + grid.slope[k] * grid.slope[k]);
+    const float reach = (s.half_width(s.radius) - start) * std::sqrt(1 + grid.slope[k] * grid.slope[k]);
     low[k] = grid.first_from(from + std::min(along, 0.0F) - reach, k);
     high[k] = grid.last_to(from + std::max(along, 0.0F) + reach, k);
   }
   if (low[0] > high[0] || low[1] > high[1]) return;
   const auto lines = static_cast<std::size_t>(high[0] - low[0] + 1) * (high[1] - low[1] + 1);
-  if (to.found.size() < to.count + lines + 1) to.found.resize(2 * to.count + lines + 1);
+  if (to.found_intervals.size() < to.count + lines + 1) to.found_intervals.resize(2 * to.count + lines + 1);
   for (int j = low[1]; j <= high[1]; ++j) {
     const float y = grid.place(j, 1);
     int first = low[0];
@@ -105,7 +105,7 @@ void cross_piece(const Yarns::Segment& s, std::int32_t piece, const LineGrid& gr
       Four steps;
       for (int k = 0; k < 4; ++k) steps.v[k] = static_cast<float>(i + k);
       const Four x = (steps + Four(grid.shift[0])) * Four(grid.step[0]);
-      const auto at_line = [&](const Form& form) {
+      const auto at_line = [&](const LinearForm& form) {
         return Four(form.constant) + x * Four(form.x) + Four(y * form.y);
       };
       const Four d = Four(off) + Four(distance.x) * x;
@@ -123,7 +123,7 @@ void cross_piece(const Yarns::Segment& s, std::int32_t piece, const LineGrid& gr
         top = if_greater(Four(start), w, bottom, if_greater(w, Four(end), bottom, top));
       }
       for (int k = 0; k < std::min(4, last - i + 1); ++k) {
-        to.found[to.count] = {top.v[k], bottom.v[k], piece, line + column};
+        to.found_intervals[to.count] = {top.v[k], bottom.v[k], piece, line + column};
         to.count += top.v[k] > bottom.v[k] ? 1 : 0;
         column = column + 1 < grid.count.x ? column + 1 : 0;
       }
@@ -140,29 +140,29 @@ class LineWalk {
 
   /// `items`: by falling tops. The line passes `at` of the plane z = 0.
   void follow(std::span<const Interval> items, const V2f& at) {
-    const auto& segments = yarns_.inside().segments;
+    const auto& segments = yarns_.geometry().segments;
     PatchFace above;
     PatchFace entered;
     const Interval* lowest = nullptr;  // of the ply that the line is in
     const auto meet = [&](const PatchFace& face) {
       if (above.patch >= 0)
-        out_.outside.push_back({above, face});
+        out_.open_air_links.push_back({above, face});
       else if (face.patch >= 0)
-        out_.lit.push_back(face);
+        out_.sky_above.push_back(face);
     };
     const auto leave = [&] {
       above = face(lowest->piece, at, lowest->bottom, -grid_.direction);
-      out_.inside.push_back({entered.patch, above.patch});
+      out_.inside_links.push_back({entered.patch, above.patch});
       lowest = nullptr;
     };
     for (const Interval& item : items) {
       const Yarns::Segment& s = segments[item.piece];
       if (lowest != nullptr && item.top > lowest->bottom - near_) {
-        if (s.rank == 0 && item.bottom < lowest->bottom) lowest = &item;
+        if (s.hair_threshold == 0 && item.bottom < lowest->bottom) lowest = &item;
         continue;
       }
       if (lowest != nullptr) leave();
-      if (s.rank > 0) {
+      if (s.hair_threshold > 0) {
         const float along = s.along.normalized().dot(grid_.direction);
         meet({patches_.hair(item.piece), along});
         above = {patches_.hair(item.piece), -along};
@@ -173,13 +173,13 @@ class LineWalk {
       }
     }
     if (lowest != nullptr) leave();
-    if (above.patch >= 0) out_.lit_below.push_back(above);
+    if (above.patch >= 0) out_.sky_below.push_back(above);
   }
 
  private:
   /// The surface of a piece where a line that passes `at` of the plane z = 0 is at height z.
   PatchFace face(std::int32_t piece, const V2f& at, float z, const V3f& out) const {
-    const Yarns::Segment& s = yarns_.inside().segments[piece];
+    const Yarns::Segment& s = yarns_.geometry().segments[piece];
     const V2f& period = yarns_.period();
     V3f off = V3f(at.x + grid_.slope.x * z, at.y + grid_.slope.y * z, z) - s.start;
     for (int k = 0; k < 2; ++k) off[k] -= std::round((off[k] - s.along[k] / 2) / period[k]) * period[k];
@@ -188,7 +188,7 @@ class LineWalk {
     const float fraction = std::clamp(round.dot(along) * s.inverse_length2, 0.0F, 1.0F);
     const V3f tangent = squeezed(mix(s.tangent[0], s.tangent[1], fraction), s.squeeze).normalized();
     const YarnCurve& curve = yarns_.data().curves[s.curve];
-    const auto& directions = curve.plies.count > 1 ? s.out : s.across;
+    const auto& directions = curve.plies.count > 1 ? s.axis_to_ply : s.across;
     const V3f q = round - along * fraction;
     const V3f from = mix(directions[0], directions[1], fraction);
     const float angle = std::atan2(q.dot(tangent.cross(from)), q.dot(from));
@@ -208,11 +208,11 @@ class LineWalk {
 
 YarnPatches::YarnPatches(const Yarns& yarns, int parts) : yarns_(yarns), parts_(parts) {
   const YarnData& data = yarns.data();
-  const auto& segments = yarns.inside().segments;
+  const auto& segments = yarns.geometry().segments;
   for (const YarnCurve& curve : data.curves) {
     first_front_.push_back(fronts_);
     first_hair_.push_back(hairs_);
-    fronts_ += curve.stations * parts * curve.plies.count * around;
+    fronts_ += curve.stations * parts * curve.plies.count * patches_around_ply;
     hairs_ += curve.hairs.count == 0 ? 0 : curve.stations;
   }
   ply_.assign(segments.size(), 0);
@@ -221,7 +221,7 @@ YarnPatches::YarnPatches(const Yarns& yarns, int parts) : yarns_(yarns), parts_(
     const Yarns::Segment& s = segments[i];
     if (i > 0 && segments[i - 1].curve != s.curve) in_curve = 0;
     const YarnCurve& curve = data.curves[s.curve];
-    if (s.rank > 0)
+    if (s.hair_threshold > 0)
       hair_[i] = first_hair() + first_hair_[s.curve] +
                  std::clamp(static_cast<int>(s.station), 0, curve.stations - 1);
     else
@@ -230,7 +230,7 @@ YarnPatches::YarnPatches(const Yarns& yarns, int parts) : yarns_(yarns), parts_(
 }
 
 int YarnPatches::front(int piece, float station, float angle) const {
-  const int curve = yarns_.inside().segments[piece].curve;
+  const int curve = yarns_.geometry().segments[piece].curve;
   const YarnPlies& plies = yarns_.data().curves[curve].plies;
   const int all = yarns_.data().curves[curve].stations * parts_;
   int part = static_cast<int>(std::floor(station * static_cast<float>(parts_)));
@@ -240,44 +240,44 @@ int YarnPatches::front(int piece, float station, float angle) const {
     ply = ((ply + plies.shift) % plies.count + plies.count) % plies.count;
   }
   constexpr float pi = std::numbers::pi_v<float>;
-  const int turned = static_cast<int>((angle + pi) * (static_cast<float>(around) / (2 * pi)));
-  return front(curve, std::clamp(part, 0, all - 1), ply, std::clamp(turned, 0, around - 1));
+  const int turned = static_cast<int>((angle + pi) * (static_cast<float>(patches_around_ply) / (2 * pi)));
+  return front(curve, std::clamp(part, 0, all - 1), ply, std::clamp(turned, 0, patches_around_ply - 1));
 }
 
 int YarnPatches::curve_of(int patch) const {
   const auto before = [](const std::vector<int>& firsts, int index) {
     return static_cast<int>(std::ranges::upper_bound(firsts, index) - firsts.begin()) - 1;
   };
-  if (patch >= first_inside()) return before(first_front_, (patch - first_inside()) * inside_parts);
+  if (patch >= first_inside()) return before(first_front_, (patch - first_inside()) * fronts_per_inside);
   return patch < fronts_ ? before(first_front_, patch) : before(first_hair_, patch - first_hair());
 }
 
-LineCrossings cross_yarn(const Yarns& yarns, const YarnPatches& patches, const V3f& direction, float spacing,
-                         int index, LineScratch& scratch) {
+LineCrossings trace_lines(const Yarns& yarns, const YarnPatches& patches, const V3f& direction, float spacing,
+                          int index, LineScratch& scratch) {
   const LineGrid grid(direction, yarns.period(), spacing, index);
   LineCrossings& out = scratch.crossings;
-  out.outside.clear();
-  out.inside.clear();
-  out.lit.clear();
-  out.lit_below.clear();
+  out.open_air_links.clear();
+  out.inside_links.clear();
+  out.sky_above.clear();
+  out.sky_below.clear();
   out.area = grid.step.x * grid.step.y * direction.z;
-  const auto& segments = yarns.inside().segments;
+  const auto& segments = yarns.geometry().segments;
   float thinnest = 1e30F;
-  for (const YarnCurve& curve : yarns.data().curves) thinnest = std::min(thinnest, radius_of_plies(curve));
+  for (const YarnCurve& curve : yarns.data().curves) thinnest = std::min(thinnest, ply_or_yarn_radius(curve));
   scratch.count = 0;
   for (std::size_t i = 0; i < segments.size(); ++i)
     cross_piece(segments[i], static_cast<std::int32_t>(i), grid, scratch);
 
   const auto lines = static_cast<std::size_t>(grid.count.x) * static_cast<std::size_t>(grid.count.y);
-  std::vector<std::size_t>& first = scratch.first;
+  std::vector<std::size_t>& first = scratch.line_begins;
   first.assign(lines + 1, 0);
-  const std::span found(scratch.found.data(), scratch.count);
+  const std::span found(scratch.found_intervals.data(), scratch.count);
   for (const Interval& item : found) ++first[item.line + 1];
   for (std::size_t l = 0; l < lines; ++l) first[l + 1] += first[l];
-  std::vector<Interval>& sorted = scratch.by_line;
+  std::vector<Interval>& sorted = scratch.sorted_intervals;
   sorted.resize(std::max(sorted.size(), found.size()));
-  scratch.next.assign(first.begin(), first.end() - 1);
-  for (const Interval& item : found) sorted[scratch.next[item.line]++] = item;
+  scratch.line_cursors.assign(first.begin(), first.end() - 1);
+  for (const Interval& item : found) sorted[scratch.line_cursors[item.line]++] = item;
   LineWalk walk(yarns, patches, grid, thinnest, out);
   for (std::size_t l = 0; l < lines; ++l) {
     const std::span items(sorted.data() + first[l], first[l + 1] - first[l]);

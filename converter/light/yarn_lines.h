@@ -17,23 +17,24 @@ namespace selvedge {
 /// and angle; hairs by curve and station; the insides of plies.
 class YarnPatches {
  public:
-  static constexpr int around = 16;       ///< fronts about a ply
-  static constexpr int inside_parts = 2;  ///< fronts that share their inside, where light is even
+  static constexpr int patches_around_ply = 16;  ///< fronts about a ply
+  static constexpr int fronts_per_inside = 2;    ///< fronts that share their inside, where light is even
 
   /// `parts`: of a station. `yarns` must outlive the object.
   YarnPatches(const Yarns& yarns, int parts);
 
-  int parts() const { return parts_; }
-  int fronts() const { return fronts_; }
+  int parts_per_station() const { return parts_; }
+  int outside_count() const { return fronts_; }
   int first_hair() const { return fronts_; }
   int first_inside() const { return first_hair() + hairs_; }
-  int count() const { return first_inside() + fronts_ / inside_parts; }
-  int inside_of(int front) const { return first_inside() + front / inside_parts; }
+  int count() const { return first_inside() + fronts_ / fronts_per_inside; }
+  int inside_of(int front) const { return first_inside() + front / fronts_per_inside; }
   /// Precondition: the curve has the part and the ply.
   int front(int curve, int part, int ply, int angle) const {
-    return first_front_[curve] + (part * yarns_.data().curves[curve].plies.count + ply) * around + angle;
+    return first_front_[curve] + (part * yarns_.data().curves[curve].plies.count + ply) * patches_around_ply +
+           angle;
   }
-  /// `piece`: of Yarns::Inside, and no hair; `angle`: about its ply.
+  /// `piece`: of Yarns::Geometry, and no hair; `angle`: about its ply.
   int front(int piece, float station, float angle) const;
   int hair(int piece) const { return hair_[piece]; }
   /// The curve of a patch.
@@ -50,7 +51,7 @@ class YarnPatches {
 /// Where a line meets a patch.
 struct PatchFace {
   std::int32_t patch = -1;  ///< -1: the sky
-  float along = 0;          ///< component along the fibre of the line's way out
+  float fibre_cosine = 0;   ///< component along the fibre of the line's way out
 };
 
 /// Surfaces that the lines of one direction meet.
@@ -58,13 +59,13 @@ struct LineCrossings {
   struct Link {
     PatchFace upper, lower;
   };
-  std::vector<Link> outside;                        ///< that face each other across open air
-  std::vector<std::array<std::int32_t, 2>> inside;  ///< patches that do so inside of a ply
-  std::vector<PatchFace> lit, lit_below;            ///< that the sky is seen from, above and below
-  float area = 0;                                   ///< of a line, across it, mm^2
+  std::vector<Link> open_air_links;                       ///< that face each other across open air
+  std::vector<std::array<std::int32_t, 2>> inside_links;  ///< patches that do so inside of a ply
+  std::vector<PatchFace> sky_above, sky_below;            ///< that the sky is seen from, above and below
+  float area = 0;                                         ///< of a line, across it, mm^2
 };
 
-/// Memory that cross_yarn() reuses.
+/// Memory that trace_lines() reuses.
 struct LineScratch {
   /// Where a line is within a piece.
   struct Interval {
@@ -72,15 +73,15 @@ struct LineScratch {
     std::int32_t piece;
     std::int32_t line;
   };
-  std::vector<Interval> found, by_line;
+  std::vector<Interval> found_intervals, sorted_intervals;
   std::size_t count = 0;  ///< of the intervals that are found
-  std::vector<std::size_t> first, next;
+  std::vector<std::size_t> line_begins, line_cursors;
   LineCrossings crossings;
 };
 
 /// Follows all lines of unit `direction`, z > 0, `spacing` mm apart. `index` shifts the lattices of several
 /// directions against each other.
-LineCrossings cross_yarn(const Yarns& yarns, const YarnPatches& patches, const V3f& direction, float spacing,
-                         int index, LineScratch& scratch);
+LineCrossings trace_lines(const Yarns& yarns, const YarnPatches& patches, const V3f& direction, float spacing,
+                          int index, LineScratch& scratch);
 
 }  // namespace selvedge

@@ -74,7 +74,7 @@ struct TwoLobes {
 
 /// The fabric for all pairs of directions of view and of light, which comes from above or from below.
 struct Reflected {
-  std::vector<V3f> directions = directions_of(grid_of(36));
+  std::vector<V3f> directions = cell_directions(nearly_square_grid(36));
   std::vector<V3f> values;  ///< f(l, v): [view * directions + light]
   double weight = 0;        ///< of each light: a white Lambertian surface reflects all light
 

@@ -29,7 +29,8 @@ FitResult fit_layers(SideSamples samples, const MakeOptions& options, const Prog
   const double texels = samples.header.texels();
   const double growth = options.budget_texels > 0 ? std::max(texels / options.budget_texels, 1.0) : 1;
   const Side side = samples.header.side;
-  const double bytes = static_cast<double>(*options.budget) * growth * budget_weights[index_of(side)];
+  const double bytes =
+      static_cast<double>(*options.layer_budget_bytes) * growth * budget_weights[index_of(side)];
   const bool whole = side == Side::front;
   const auto fitter = value_or_throw(LayerFitter::create(
       std::move(samples.level), samples.header, samples.pairs[index_of(PairKind::validation)], options.fit,
@@ -44,7 +45,7 @@ FitResult fit_side(SideSamples samples, const MakeOptions& options, const Progre
   // The text of a recipe takes no bytes from the levels.
   nlohmann::json provenance = provenance_json(samples.header.provenance);
   if (provenance.erase("recipe") > 0) samples.header.provenance = provenance.dump();
-  if (options.budget) return fit_layers(std::move(samples), options, progress);
+  if (options.layer_budget_bytes) return fit_layers(std::move(samples), options, progress);
   return value_or_throw(
       fit(samples.level, samples.header, options.fit, progress, samples.pairs[index_of(PairKind::measured)]));
 }
@@ -65,7 +66,7 @@ Fabric joined(const std::vector<FitResult>& sides, const std::shared_ptr<const Y
 /// Yarn that packs to fewer bytes: its nodes to 1/256 of the thinnest radius, its light to 1/64.
 YarnData rounded(YarnData yarn) {
   float radius = std::numeric_limits<float>::infinity();
-  for (const YarnCurve& curve : yarn.curves) radius = std::min(radius, radius_of_plies(curve));
+  for (const YarnCurve& curve : yarn.curves) radius = std::min(radius, ply_or_yarn_radius(curve));
   const float step = std::exp2(std::floor(std::log2(radius / 256)));
   for (V3f& node : yarn.nodes)
     for (int c = 0; c < 3; ++c) node[c] = step * std::round(node[c] / step);
@@ -79,7 +80,7 @@ YarnData rounded(YarnData yarn) {
   return yarn;
 }
 
-/// YarnKind::near_db, the least of the fibres of the data sheet.
+/// YarnKind::near_psnr, the least of the fibres of the data sheet.
 std::optional<double> near_accuracy(const nlohmann::json& provenance) {
   std::optional<double> least;
   // A browser's module ends where nlohmann::json throws.
@@ -88,26 +89,26 @@ std::optional<double> near_accuracy(const nlohmann::json& provenance) {
   const auto& fibres = provenance[composition].get_ref<const std::string&>();
   for (const YarnKind& kind : yarn_kinds())
     if (fibres.find(kind.name) != std::string::npos)
-      least = std::min(least.value_or(kind.near_db), kind.near_db);
+      least = std::min(least.value_or(kind.near_psnr), kind.near_psnr);
   return least;
 }
 
 using ProgressOfSide = std::function<Progress(std::size_t)>;
 
-/// Fits with the layers that make the whole file as large as options.bytes lets it be. Yarn is rounded where
-/// levels would have less room than in a file of standard quality, and left out where there is no room.
+/// Fits with the layers that make the whole file as large as options.file_bytes lets it be. Yarn is rounded
+/// where levels would have less room than in a file of standard quality, and left out where there is no room.
 std::vector<FitResult> fit_whole(const Samples& samples, const MakeOptions& options, std::size_t sides,
                                  const ProgressOfSide& progress, std::shared_ptr<const Yarns>& yarns,
                                  std::vector<std::string>& remarks) {
   constexpr int max_tries = 8;
   constexpr double texts = 500;  // record, fallback and accuracy, which are not known yet
   constexpr double standard_room = (22 << 10) - LayerFitter::typical_overhead;
-  const auto bytes = static_cast<double>(*options.bytes);
+  const auto bytes = static_cast<double>(*options.file_bytes);
   const double weights =
       std::accumulate(budget_weights.begin(), budget_weights.begin() + static_cast<int>(sides), 0.0);
   std::vector<LayerFitter> fitters;
   for (std::size_t i = 0; i < sides; ++i) {
-    SideSamples side = samples_of(samples, all_sides[i]);
+    SideSamples side = side_samples(samples, all_sides[i]);
     fitters.push_back(value_or_throw(LayerFitter::create(
         std::move(side.level), side.header, side.pairs[index_of(PairKind::validation)], options.fit,
         progress(i), side.pairs[index_of(PairKind::measured)], bytes * budget_weights[i] / weights)));
@@ -127,7 +128,7 @@ std::vector<FitResult> fit_whole(const Samples& samples, const MakeOptions& opti
         fits.push_back({std::move(chosen.fabric), std::move(chosen.levels)});
       }
       const double size =
-          static_cast<double>(value_or_throw(fabric_bytes(joined(fits, yarn), options.write))) + texts;
+          static_cast<double>(value_or_throw(fabric_file_bytes(joined(fits, yarn), options.write))) + texts;
       if (size == last) break;
       last = size;
       smallest = std::min(smallest, size);
@@ -147,7 +148,7 @@ std::vector<FitResult> fit_whole(const Samples& samples, const MakeOptions& opti
       fits = fit_beside(yarns, -std::numeric_limits<double>::infinity());
     }
     if (!fits.empty()) return fits;
-    if (!options.keep_yarn) {
+    if (!options.requires_yarn) {
       remarks.push_back(
           fmt::format("the yarn has no room in {:.0f} bytes, and is left out: with it the "
                       "smallest file has {:.0f}",
@@ -176,28 +177,30 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
   if (samples.header.yarns.curves > 0)
     yarns = std::make_shared<const Yarns>(samples.yarns, samples.header.period_mm);
   std::vector<FitResult> fits;
-  if (options.bytes) fits = fit_whole(samples, options, sides, of_side, yarns, outcome.remarks);
+  if (options.file_bytes) fits = fit_whole(samples, options, sides, of_side, yarns, outcome.remarks);
   for (std::size_t i = 0; i < sides; ++i) {
-    if (!options.bytes) fits.push_back(fit_side(samples_of(samples, all_sides[i]), options, of_side(i)));
+    if (!options.file_bytes)
+      fits.push_back(fit_side(side_samples(samples, all_sides[i]), options, of_side(i)));
     FitResult& fitted = fits[i];
     fitted.fabric.side = all_sides[i];
-    const PairSamples held_out = pairs_of(samples.pairs[index_of(PairKind::held_out)], all_sides[i]);
-    value_or_throw(measure_side(as_stored(fitted.fabric, options.write.half), held_out, outcome.record));
+    const PairSamples held_out = side_pairs(samples.pairs[index_of(PairKind::held_out)], all_sides[i]);
+    value_or_throw(
+        add_side_accuracy(as_stored(fitted.fabric, options.write.half_layers), held_out, outcome.record));
     outcome.levels[i] = fitted.levels;
   }
   Fabric& fabric = outcome.fabric = joined(fits, yarns);
   nlohmann::json provenance = provenance_json(fabric.provenance);
   const nlohmann::json source = provenance_json(samples.header.provenance);
   for (const auto& [name, member] :
-       {std::pair("sheet", &fabric.sheet), std::pair("recipe", &fabric.recipe)}) {
+       {std::pair("sheet", &fabric.data_sheet), std::pair("recipe", &fabric.recipe)}) {
     if (source.contains(name)) *member = source[name].dump();
     provenance.erase(name);
   }
   fabric.provenance = provenance.dump();
-  nlohmann::json accuracy = nlohmann::json::parse(accuracy_text(outcome.record));
+  nlohmann::json accuracy = nlohmann::json::parse(accuracy_json(outcome.record));
   if (const auto near = near_accuracy(source); yarns && near) accuracy["yarn"] = *near;
   fabric.accuracy = accuracy.dump();
-  fabric = as_stored(fabric, options.write.half);
+  fabric = as_stored(fabric, options.write.half_layers);
   fabric.fallback = text_of(fit_fallback(fabric));
   outcome.seconds = watch.seconds();
   return outcome;
@@ -212,23 +215,23 @@ MakeOptions quality_named(std::string_view name) {
     return o;
   }
   o.bake.width = o.bake.height = 8;
-  o.bake.yarns = true;
+  o.bake.stores_yarns = true;
   o.bake.indirect = IndirectLight::lines;
   if (name == "draft") {
     o.bake.views = o.bake.lights = 36;
     o.bake.samples = 2;
     o.bake.held_out_pairs = 64;
     o.fit.lobes = 1;
-    o.write.half.insert(LayerKind::lobes);
+    o.write.half_layers.insert(LayerKind::lobes);
   } else {
-    o.budget = 22 << 10;
+    o.layer_budget_bytes = 22 << 10;
     o.budget_texels = o.bake.width * o.bake.height;
   }
   return o;
 }
 
 Result<FitOutcome> fit_fabric(const Samples& samples, const MakeOptions& options, const Progress& progress) {
-  return result_of([&] { return fit_sides(samples, options, progress); });
+  return catch_failure([&] { return fit_sides(samples, options, progress); });
 }
 
 Result<void> set_texels(const V2i& min_texels, int repeats, bool given, const std::string& name,
@@ -246,7 +249,7 @@ Result<void> set_texels(const V2i& min_texels, int repeats, bool given, const st
                                    : fmt::format("at most {} a side are made", max_texels)));
 }
 
-void share_rays(BakeOptions& options) {
+void reduce_pair_samples(BakeOptions& options) {
   constexpr int rays_of_pair = 1 << 13;
   const int of_texel = rays_of_pair / (options.width * options.height) / 2 * 2;
   options.truth_samples = std::clamp(of_texel, 2, options.truth_samples);
@@ -266,12 +269,12 @@ nlohmann::ordered_json recipe_of(const std::string& name, const FoundStitch& sti
   constexpr std::size_t max_text = 1 << 14;
   options["stitch"] = name;
   options.erase("text");
-  if (!stitch.text.empty() && stitch.text.size() <= max_text) options["text"] = stitch.text;
+  if (!stitch.file_text.empty() && stitch.file_text.size() <= max_text) options["text"] = stitch.file_text;
   return options;
 }
 
 Result<nlohmann::ordered_json> sheet_of(const FoundStitch& stitch, const YarnData& yarns, const V2d& period) {
-  const auto numbers = textile_numbers(stitch.pattern, stitch.stitches);
+  const auto numbers = textile_numbers(stitch.pattern, stitch.stitch_count);
   if (!numbers) return tl::unexpected(numbers.error());
   auto tex = nlohmann::ordered_json::array();
   for (const double of_yarn : numbers->tex) {
@@ -281,26 +284,26 @@ Result<nlohmann::ordered_json> sheet_of(const FoundStitch& stitch, const YarnDat
   }
   std::string fibres;
   for (const Yarn& yarn : stitch.pattern.yarns) {
-    const std::string name = yarn_kinds()[yarn.fibre].name;
+    const std::string name = yarn_kinds()[yarn.fibre_kind].name;
     if (fibres.find(name) == std::string::npos) fibres += (fibres.empty() ? "" : ", ") + name;
   }
   nlohmann::ordered_json sheet = {{"composition", fibres},
-                                  {"gramsPerSquareMetre", short_number(numbers->weight)},
+                                  {"gramsPerSquareMetre", short_number(numbers->weight_g_per_m2)},
                                   {"tex", tex},
                                   {"thicknessMm", short_number(numbers->thickness_mm)},
-                                  {"cover", short_number(numbers->cover)},
-                                  {"coverWithHairs", short_number(numbers->cover_hairs)}};
+                                  {"cover", short_number(numbers->cover_fraction)},
+                                  {"coverWithHairs", short_number(numbers->cover_fraction_with_hairs)}};
   const std::array runs{runs_of(yarns, V2f(period), 0), runs_of(yarns, V2f(period), 1)};
   if (runs[0].rows > 0 && runs[1].rows > 0) {
     sheet["construction"] = "weave";
     sheet["endsPerCentimetre"] = short_number(runs[1].rows * 10 / period.x);
     sheet["picksPerCentimetre"] = short_number(runs[0].rows * 10 / period.y);
-  } else if (stitch.stitches > 0) {
+  } else if (stitch.stitch_count > 0) {
     sheet["construction"] = "knit";
     sheet["walesPerCentimetre"] = short_number(stitch.wales * 10 / period.x);
-    sheet["coursesPerCentimetre"] = short_number(stitch.stitches * 10 / (stitch.wales * period.y));
+    sheet["coursesPerCentimetre"] = short_number(stitch.stitch_count * 10 / (stitch.wales * period.y));
     sheet["tightness"] = short_number(numbers->tightness);
-    sheet["stitchesPerSquareCentimetre"] = short_number(stitch.stitches * 100 / (period.x * period.y));
+    sheet["stitchesPerSquareCentimetre"] = short_number(stitch.stitch_count * 100 / (period.x * period.y));
   }
   return sheet;
 }

@@ -25,10 +25,10 @@ struct MakeOptions {
   FabricWriteOptions write;
   /// Bytes of the file without its yarn, within which the layers of every level are chosen
   /// (fitter/budget/candidates.h); without a budget every level has the paper's layers.
-  std::optional<std::uint64_t> budget;
+  std::optional<std::uint64_t> layer_budget_bytes;
   int budget_texels = 0;  ///< texels at level 0 that the budget is for: it grows with more; 0: it is fixed
-  std::optional<std::uint64_t> bytes;  ///< of the whole file, in place of the budget
-  bool keep_yarn = false;              ///< refuses bytes that have no room for it
+  std::optional<std::uint64_t> file_bytes;  ///< of the whole file, in place of the budget
+  bool requires_yarn = false;               ///< refuses bytes that have no room for it
 };
 
 /// Names of --quality.
@@ -57,7 +57,7 @@ Result<void> set_texels(const V2i& min_texels, int repeats, bool given, const st
                         const BakeOptions& asked, BakeOptions& options);
 
 /// Takes fewer rays of a pair for each of a chart's or draft's many texels: their errors average out.
-void share_rays(BakeOptions& options);
+void reduce_pair_samples(BakeOptions& options);
 
 /// The member `recipe` of a fabric (spec/fabric.md): `options` are those given, by their names.
 nlohmann::ordered_json recipe_of(const std::string& name, const FoundStitch& stitch,

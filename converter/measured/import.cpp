@@ -208,8 +208,8 @@ Result<Image> read_picture(const MeasuredPicture& picture, const V2i& size, cons
 /// Takes `price` bytes for each pixel of a picture.
 void take_pixels(MemoryAccount& account, const FlatSample& sample, std::uint64_t price) {
   const V2i& size = sample.size;
-  if (!account.take(std::uint64_t{1} * size.x * size.y, price)) {
-    throw Failure{beyond_memory(
+  if (!account.try_reserve(std::uint64_t{1} * size.x * size.y, price)) {
+    throw Failure{memory_limit_error(
         sample.table, "", fmt::format("its pictures of {} x {} pixels", size.x, size.y), account.limit())};
   }
 }
@@ -274,18 +274,18 @@ std::vector<PairKind> sets_of(const std::vector<MeasuredPicture>& pictures, cons
 
 /// The cells of all pictures: [picture][3 * texel + channel].
 struct Cells {
-  decltype(ScatteredValues::values) values;
+  decltype(PairValues::values) values;
   double variance = 0;
-  double energy = 0;
+  double mean_square = 0;
 };
 
 /// As many pictures at once as `memory` has room for.
 Cells read_cells(const FlatSample& sample, const RepeatAverage& average, ImportOptions options,
                  MemoryAccount memory, const Progress& progress) {
-  const std::uint64_t left = memory.left();
+  const std::uint64_t left = memory.remaining_bytes();
   take_pixels(memory, sample, reading_price);
   const auto at_once =
-      static_cast<int>(std::min<std::uint64_t>(thread_count(), left / (left - memory.left())));
+      static_cast<int>(std::min<std::uint64_t>(thread_count(), left / (left - memory.remaining_bytes())));
   options.max_memory = left / at_once;
   const auto count = static_cast<int>(sample.pictures.size());
   Cells cells;
@@ -304,7 +304,7 @@ Cells read_cells(const FlatSample& sample, const RepeatAverage& average, ImportO
         for (int c = 0; c < 3; ++c)
           cells.values(i, Eigen::Index{3} * t + c) = cell.values[t][c] * std::numbers::inv_pi_v<float>;
       cells.variance += cell.variance;
-      cells.energy += cell.energy;
+      cells.mean_square += cell.mean_square;
     }
     if (progress) progress(0.7 * end / count);
   }
@@ -319,7 +319,7 @@ void append_row(const Row& row, std::vector<V3f>& radiance) {
 
 /// The normal of each texel times its opacity, as the frames of the lobes need it: the normal of the
 /// Lambertian surface which fits its pictures best (Woodham 1980).
-std::vector<V3f> normals_of(const ScatteredValues& known, const std::vector<float>& alpha) {
+std::vector<V3f> normals_of(const PairValues& known, const std::vector<float>& alpha) {
   Eigen::Matrix<float, Eigen::Dynamic, 3> lights(static_cast<Eigen::Index>(known.pairs.size()), 3);
   for (std::size_t i = 0; i < known.pairs.size(); ++i)
     for (int c = 0; c < 3; ++c) lights(static_cast<Eigen::Index>(i), c) = known.pairs[i].light[c];
@@ -337,12 +337,12 @@ std::vector<V3f> normals_of(const ScatteredValues& known, const std::vector<floa
 
 /// The interpolated samples of the grids, and the pairs of the pictures.
 Samples samples_from(const SamplesHeader& header, const std::vector<float>& alpha, const FlatSample& sample,
-                     const Cells& cells, const std::vector<PairKind>& sets, const ScatteredValues& known,
-                     const ScatterKernel& kernel, const Progress& progress) {
+                     const Cells& cells, const std::vector<PairKind>& sets, const PairValues& known,
+                     const PairCovariance& kernel, const Progress& progress) {
   Samples samples;
   samples.header = header;
-  const std::vector<V3f> views = directions_of(header.views);
-  const std::vector<V3f> lights = directions_of(header.lights);
+  const std::vector<V3f> views = cell_directions(header.views);
+  const std::vector<V3f> lights = cell_directions(header.lights);
   const std::vector<V3f> normals = normals_of(known, alpha);
   samples.views.resize(views.size());
   std::mutex guard;
@@ -373,17 +373,17 @@ Samples samples_from(const SamplesHeader& header, const std::vector<float>& alph
     pairs.noise.assign(pairs.radiance.size(), V3f(0, 0, 0));
     pairs.alpha_noise.resize(pairs.alpha.size());
   }
-  value_or_throw(round_as_stored(samples));
+  value_or_throw(round_to_half(samples));
   return samples;
 }
 
 std::string provenance_of(const ImportReport& report, const std::string& table) {
   nlohmann::json import{{"table", table},
-                        {"pictures", report.pictures},
+                        {"pictures", report.picture_count},
                         {"heldOut", report.held_out},
                         {"repeats", {report.repeats.x, report.repeats.y}},
-                        {"irregularity", report.irregularity},
-                        {"leftOutError", report.left_out_error}};
+                        {"irregularity", report.repeat_deviation},
+                        {"leftOutError", report.leave_one_out_error}};
   return nlohmann::json{{"import", import}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -391,11 +391,11 @@ std::string provenance_of(const ImportReport& report, const std::string& table) 
 MemoryAccount check_options(const ImportOptions& o, const FlatSample& sample) {
   MemoryAccount memory(o.max_memory);
   // All pictures, and those that the grids are interpolated from.
-  if (!memory.take(sample.pictures.size(), std::uint64_t{24} * sample.texel_count())) {
-    throw Failure{beyond_memory(sample.table, "--texels",
-                                fmt::format("{} pictures of {} x {} texels", sample.pictures.size(),
-                                            sample.texels.x, sample.texels.y),
-                                o.max_memory)};
+  if (!memory.try_reserve(sample.pictures.size(), std::uint64_t{24} * sample.texel_count())) {
+    throw Failure{memory_limit_error(sample.table, "--texels",
+                                     fmt::format("{} pictures of {} x {} texels", sample.pictures.size(),
+                                                 sample.texels.x, sample.texels.y),
+                                     o.max_memory)};
   }
   const double pixels =
       sample.texel_count() * std::max(1.0 * o.views * o.lights, static_cast<double>(sample.pictures.size()));
@@ -423,40 +423,40 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
   const auto opacity = [&] {
     ImportOptions as_it_is;
     as_it_is.colours = PictureColours::linear;
-    as_it_is.max_memory = memory.left();
-    return options.opacity.empty()
+    as_it_is.max_memory = memory.remaining_bytes();
+    return options.opacity_path.empty()
                ? Image()
-               : value_or_throw(read_picture({options.opacity, {}, 1, 0}, sample.size, as_it_is));
+               : value_or_throw(read_picture({options.opacity_path, {}, 1, 0}, sample.size, as_it_is));
   };
   const RepeatAverage average(sample.size, sample.period, sample.texels, opacity());
   const Cells cells = read_cells(sample, average, options, memory, progress);
 
   ImportReport report;
-  report.pictures = static_cast<int>(sample.pictures.size());
+  report.picture_count = static_cast<int>(sample.pictures.size());
   report.texels = sample.texels;
   report.period_mm = sample.period * (options.width_mm / sample.size.x);
   report.repeats = average.repeats();
-  report.irregularity = cells.energy > 0 ? std::sqrt(cells.variance / cells.energy) : 0;
+  report.repeat_deviation = cells.mean_square > 0 ? std::sqrt(cells.variance / cells.mean_square) : 0;
   const auto sets = sets_of(sample.pictures, options);
-  ScatteredValues known;
+  PairValues known;
   SamplesHeader header;
   for (std::size_t i = 0; i < sets.size(); ++i)
     header.pairs[index_of(sets[i])].push_back(sample.pictures[i].pair);
   known.pairs = header.pairs[index_of(PairKind::measured)];
-  report.held_out = report.pictures - static_cast<int>(known.pairs.size());
+  report.held_out = report.picture_count - static_cast<int>(known.pairs.size());
   known.values.resize(static_cast<Eigen::Index>(known.pairs.size()), cells.values.cols());
   for (std::size_t i = 0, row = 0; i < sets.size(); ++i)
     if (sets[i] == PairKind::measured)
       known.values.row(static_cast<Eigen::Index>(row++)) = cells.values.row(static_cast<Eigen::Index>(i));
-  const ScatterKernel kernel = choose_kernel(known, options.seed);
-  report.left_out_error = kernel.left_out_error;
+  const PairCovariance kernel = choose_covariance(known, options.seed);
+  report.leave_one_out_error = kernel.leave_one_out_error;
 
   header.width = sample.texels.x;
   header.height = sample.texels.y;
   header.period_mm = V2f(report.period_mm);
   header.thickness_mm = header.reference_height = static_cast<float>(options.thickness_mm);
-  header.views = grid_of(options.views);
-  header.lights = grid_of(options.lights);
+  header.views = nearly_square_grid(options.views);
+  header.lights = nearly_square_grid(options.lights);
   header.samples_per_texel = header.truth_samples = 1;
   header.provenance = provenance_of(report, table);
   value_or_throw(write_samples(
@@ -468,11 +468,11 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
 }  // namespace
 
 Result<std::vector<MeasuredPicture>> read_picture_table(const std::string& path) {
-  return result_of([&] {
+  return catch_failure([&] {
     std::error_code fault;
     auto pictures = fs::is_directory(path, fault) ? read_names(path) : read_table(path);
     const auto place_of = [](const MeasuredPicture& p) {
-      return p.line > 0 ? fmt::format("line {}", p.line) : p.file;
+      return p.table_line > 0 ? fmt::format("line {}", p.table_line) : p.file;
     };
     std::map<std::tuple<float, float, float, float, float, float>, const MeasuredPicture*> seen;
     for (const MeasuredPicture& p : pictures) {
@@ -491,7 +491,7 @@ Result<std::vector<MeasuredPicture>> read_picture_table(const std::string& path)
 
 Result<ImportReport> import_pictures(const std::string& table, const ImportOptions& options,
                                      const std::string& output, const Progress& progress) {
-  return guarded(table, [&] { return import_all(table, options, output, progress); });
+  return catch_exceptions(table, [&] { return import_all(table, options, output, progress); });
 }
 
 }  // namespace selvedge

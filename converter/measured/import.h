@@ -24,7 +24,7 @@ struct MeasuredPicture {
   std::string file;
   DirectionPair pair;
   double exposure = 1;  ///< value that white facing the light has in it, > 0
-  int line = 0;         ///< of the table; 0: from the file's name
+  int table_line = 0;   ///< of the table; 0: from the file's name
 };
 
 /// The least number of pictures of which a fabric can be made.
@@ -47,21 +47,21 @@ struct ImportOptions {
   std::optional<V2i> texels;     ///< of one repeat; else as many as it has pixels, at most 32 a side
   int views = 64;                ///< of the grids of the samples, 1 to 4096
   int lights = 64;
-  double thickness_mm = 0;  ///< of the cloth, >= 0; the texels lie on top
-  std::string opacity;      ///< a picture that is black in holes; else no holes
+  double thickness_mm = 0;   ///< of the cloth, >= 0; the texels lie on top
+  std::string opacity_path;  ///< a picture that is black in holes; else no holes
   PictureColours colours = PictureColours::srgb;
   std::uint64_t seed = 1;  ///< of the choice of the pictures that are held out
   std::uint64_t max_memory = std::uint64_t{4} << 30U;
 };
 
 struct ImportReport {
-  int pictures = 0;
+  int picture_count = 0;
   int held_out = 0;  ///< validation and held-out together
   V2i texels{0, 0};
   V2d period_mm{0, 0};
-  V2d repeats{0, 0};        ///< in a picture
-  double irregularity = 0;  ///< root mean square difference of repeats from their mean, relative
-  double left_out_error =
+  V2d repeats{0, 0};            ///< in a picture
+  double repeat_deviation = 0;  ///< root mean square difference of repeats from their mean, relative
+  double leave_one_out_error =
       0;  ///< relative root mean square error of the interpolation at pictures left out one by one
   double seconds = 0;
 };

@@ -217,7 +217,7 @@ RepeatAverage::Cell RepeatAverage::average(const Image& picture) const {
       mean /= weights;
       const V3d spread = square / weights - mean * mean;
       cell.variance += (spread.x + spread.y + spread.z) / (3 * count);
-      cell.energy += mean.length2() / (3 * count);
+      cell.mean_square += mean.length2() / (3 * count);
     }
     cell.values.emplace_back(mean);
   }

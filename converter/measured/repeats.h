@@ -31,7 +31,7 @@ class RepeatAverage {
   struct Cell {
     std::vector<V3f> values;  ///< [texel] as in fabric.h; means weighted by opacity; 0 in a hole
     double variance = 0;      ///< mean over texels and channels of that between repeats
-    double energy = 0;        ///< mean square of the values
+    double mean_square = 0;   ///< mean square of the values
   };
   /// Precondition: the picture has the size of the constructor and four channels.
   Cell average(const Image& picture) const;

@@ -29,19 +29,19 @@ PairPoint place_of(const DirectionPair& pair) {
   return {light, view, disc(light), disc(view)};
 }
 
-double covariance(const PairPoint& a, const PairPoint& b, const ScatterKernel& k) {
+double covariance(const PairPoint& a, const PairPoint& b, const PairCovariance& k) {
   const double light = (a.light_disc - b.light_disc).length2() / (k.light_scale * k.light_scale);
   const double view = (a.view_disc - b.view_disc).length2() / (k.view_scale * k.view_scale);
   const double q = std::sqrt(3 * (light + view));
-  return (1 + q) * std::exp(-q) + k.trend * (1 + a.light.dot(b.light)) * (1 + a.view.dot(b.view));
+  return (1 + q) * std::exp(-q) + k.trend_variance * (1 + a.light.dot(b.light)) * (1 + a.view.dot(b.view));
 }
 
-Eigen::LLT<MatrixXd> factor(const std::vector<PairPoint>& known, const ScatterKernel& kernel) {
+Eigen::LLT<MatrixXd> factor(const std::vector<PairPoint>& known, const PairCovariance& kernel) {
   const auto count = static_cast<Eigen::Index>(known.size());
   MatrixXd matrix(count, count);
   for (Eigen::Index j = 0; j < count; ++j) {
     for (Eigen::Index i = j; i < count; ++i) matrix(i, j) = covariance(known[i], known[j], kernel);
-    matrix(j, j) += kernel.noise;
+    matrix(j, j) += kernel.noise_variance;
   }
   return Eigen::LLT<MatrixXd>(matrix);
 }
@@ -49,7 +49,7 @@ Eigen::LLT<MatrixXd> factor(const std::vector<PairPoint>& known, const ScatterKe
 /// The error at a pair that is left out is its coefficient over the diagonal of the inverse (Rasmussen and
 /// Williams, equation 5.12).
 double error_left_out(const std::vector<PairPoint>& known, const MatrixXd& values,
-                      const ScatterKernel& kernel) {
+                      const PairCovariance& kernel) {
   const Eigen::LLT<MatrixXd> solver = factor(known, kernel);
   MatrixXd inverse = MatrixXd::Identity(values.rows(), values.rows());
   solver.matrixL().solveInPlace(inverse);
@@ -60,7 +60,7 @@ double error_left_out(const std::vector<PairPoint>& known, const MatrixXd& value
 
 }  // namespace
 
-ScatterKernel choose_kernel(const ScatteredValues& known, std::uint64_t seed) {
+PairCovariance choose_covariance(const PairValues& known, std::uint64_t seed) {
   constexpr std::size_t max_pairs = 600;
   constexpr Eigen::Index sketches = 48;
   Random random(seed);
@@ -80,19 +80,20 @@ ScatterKernel choose_kernel(const ScatteredValues& known, std::uint64_t seed) {
   std::vector<PairPoint> places;
   for (const Eigen::Index i : chosen) places.push_back(place_of(known.pairs[i]));
 
-  ScatterKernel best;
+  PairCovariance best;
   // Values that are all 0 are as well interpolated by any.
   if (sketch.norm() == 0) return best;
-  best.left_out_error = error_left_out(places, sketch, best);
+  best.leave_one_out_error = error_left_out(places, sketch, best);
   for (const double step : {2.0, 2.0, 1.4, 1.2}) {
-    for (double ScatterKernel::*parameter : {&ScatterKernel::light_scale, &ScatterKernel::view_scale,
-                                             &ScatterKernel::noise, &ScatterKernel::trend}) {
+    for (double PairCovariance::*parameter :
+         {&PairCovariance::light_scale, &PairCovariance::view_scale, &PairCovariance::noise_variance,
+          &PairCovariance::trend_variance}) {
       for (const double factor : {step, 1 / step}) {
         for (bool better = true; better;) {
-          ScatterKernel next = best;
+          PairCovariance next = best;
           next.*parameter = std::clamp(best.*parameter * factor, 1e-4, 1e4);
-          next.left_out_error = error_left_out(places, sketch, next);
-          better = next.left_out_error < 0.9999 * best.left_out_error;
+          next.leave_one_out_error = error_left_out(places, sketch, next);
+          better = next.leave_one_out_error < 0.9999 * best.leave_one_out_error;
           if (better) best = next;
         }
       }
@@ -101,7 +102,7 @@ ScatterKernel choose_kernel(const ScatteredValues& known, std::uint64_t seed) {
   return best;
 }
 
-Eigen::MatrixXf interpolate(const ScatteredValues& known, const ScatterKernel& kernel,
+Eigen::MatrixXf interpolate(const PairValues& known, const PairCovariance& kernel,
                             std::span<const DirectionPair> pairs) {
   constexpr std::size_t max_pairs = 2000;
   std::vector<PairPoint> wanted;

@@ -14,27 +14,27 @@ namespace selvedge {
 
 /// The covariance of two pairs: Matern's of smoothness 3/2 of the distances of lights and views in Lambert's
 /// equal-area disc (radius 1) over their scales, plus a trend that is bilinear in light and view.
-struct ScatterKernel {
+struct PairCovariance {
   double light_scale = 1;
   double view_scale = 0.6;
-  double trend = 1;     ///< variance of the trend
-  double noise = 0.02;  ///< variance of independent noise in every picture
+  double trend_variance = 1;     ///< variance of the trend
+  double noise_variance = 0.02;  ///< variance of independent noise in every picture
   /// Relative root mean square error of the choice at pairs that are left out one by one.
-  double left_out_error = 0;
+  double leave_one_out_error = 0;
 };
 
 /// Values at pairs, [pair][column].
-struct ScatteredValues {
+struct PairValues {
   std::vector<DirectionPair> pairs;  ///< all different
   Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> values;
 };
 
 /// The kernel with the least error at pairs that are left out one by one, of at most 600 random ones.
-ScatterKernel choose_kernel(const ScatteredValues& known, std::uint64_t seed);
+PairCovariance choose_covariance(const PairValues& known, std::uint64_t seed);
 
 /// The values at each of `pairs`, [pair][column]. Of more than 2,000 known pairs those whose views are
 /// nearest to the view of the first of `pairs` are used: time and memory are bounded.
-Eigen::MatrixXf interpolate(const ScatteredValues& known, const ScatterKernel& kernel,
+Eigen::MatrixXf interpolate(const PairValues& known, const PairCovariance& kernel,
                             std::span<const DirectionPair> pairs);
 
 }  // namespace selvedge

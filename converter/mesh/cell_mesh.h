@@ -18,18 +18,18 @@ namespace selvedge {
 /// Where a vertex lies on CellMesh::yarns, as Yarns::point_at() finds it. A curve of -1: on none.
 struct YarnPlace {
   int curve = -1;
-  int ply = 0;       ///< of a curve with strands
-  float along = 0;   ///< fraction of the chain, from 0 to about 1
-  float around = 0;  ///< turns about the yarn or ply, in [-1/2, 1/2]
+  int ply = 0;               ///< of a curve with strands
+  float chain_fraction = 0;  ///< fraction of the chain, from 0 to about 1
+  float angle_turns = 0;     ///< turns about the yarn or ply, in [-1/2, 1/2]
 };
 
-/// Hairs that stand off the yarns: round, each a line of points_each points. They may leave the cell.
+/// Hairs that stand off the yarns: round, each a line of points_per_hair points. They may leave the cell.
 struct Hairs {
-  static constexpr int points_each = hair_points;
-  std::vector<V3f> points;    ///< mm, hair by hair
-  std::vector<int> roots;     ///< of each, the triangle that it grows from: it has its albedo and gloss
-  std::vector<float> radius;  ///< of each, mm
-  std::vector<float> passed;  ///< transparency of each
+  static constexpr int points_per_hair = hair_point_count;
+  std::vector<V3f> points;          ///< mm, hair by hair
+  std::vector<int> root_triangles;  ///< of each, the triangle that it grows from: it has its albedo and gloss
+  std::vector<float> radius;        ///< of each, mm
+  std::vector<float> transparency;  ///< transparency of each
 };
 
 struct CellMesh {
@@ -37,8 +37,9 @@ struct CellMesh {
   std::vector<V3f> positions;  ///< mm
   std::vector<V3f> normals;    ///< unit, per vertex, out of the yarn
   std::vector<V3f> albedo;     ///< per vertex, linear, in [0, 1]
-  std::vector<V3f> fibres;     ///< unit, per vertex, along the fibres (either sign); empty: no yarn is glossy
-  std::vector<Gloss> gloss;    ///< per vertex; as many as fibres
+  std::vector<V3f>
+      fibre_directions;      ///< unit, per vertex, along the fibres (either sign); empty: no yarn is glossy
+  std::vector<Gloss> gloss;  ///< per vertex; as many as fibres
   std::vector<float>
       transmission;  ///< per vertex, fraction of the diffuse light that goes through; empty: none
   std::vector<YarnPlace> places;  ///< per vertex; empty: no yarn has strands, hairs or irregularity

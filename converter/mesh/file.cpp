@@ -211,7 +211,7 @@ bool is_known(const std::string& ending) { return ending == "obj" || ending == "
 Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
                            const MeshImportOptions& options, bool with_materials, MeshChoices* chosen) {
   const std::string format = ending_of(path);
-  if (const std::string_view kind = foreign_kind(bytes); !kind.empty())
+  if (const std::string_view kind = foreign_file_message(bytes); !kind.empty())
     return fail(Code::mesh_invalid, path, "", std::string(kind));
   if (!is_known(format)) {
     return fail(Code::mesh_invalid, path, "",
@@ -229,10 +229,11 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
                   fmt::format("must lie in 0 to 1, is {}", options.albedo[c]));
   }
   auto file = value_or_throw(format == "obj" ? read_obj(bytes, path)
-                                             : mesh_of(value_or_throw(read_ply(bytes, path)), path));
+                                             : ply_to_mesh(value_or_throw(read_ply(bytes, path)), path));
   if (with_materials) read_materials(file, path);
   auto [triangles, face_of] = triangles_of(file);
-  const MeshChoices choices = choose(file, bytes, options.period, options.scale_to_mm, options.up_axis);
+  const MeshChoices choices =
+      guess_mesh_choices(file, bytes, options.period, options.scale_to_mm, options.up_axis);
   if (chosen != nullptr) *chosen = choices;
   if (!options.period && !triangles.empty() && !(choices.period.x > 0 && choices.period.y > 0)) {
     return fail(Code::mesh_invalid, path, "",
@@ -242,15 +243,16 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
   CellMesh mesh;
   mesh.period = choices.period;
   mesh.triangles = std::move(triangles);
-  for (V3d& position : file.positions) position = turned(position, choices.up_axis) * choices.scale_to_mm;
+  for (V3d& position : file.positions)
+    position = to_cell_axes(position, choices.up_axis) * choices.scale_to_mm;
   for (std::size_t v = 0; v < file.positions.size(); ++v) {
     const V3f colour = file.colours.values.empty() ? V3f(-1) : file.colours.values[v];
-    mesh.albedo.push_back(albedo_of(colour, file.colours.coded, options.albedo));
+    mesh.albedo.push_back(albedo_of(colour, file.colours.is_srgb, options.albedo));
   }
   move_near_origin(file.positions, mesh.triangles, mesh.period);
   for (const V3d& p : file.positions) mesh.positions.emplace_back(p);
   for (const V3f& n : given_normals(file)) {
-    const V3f up = turned(n, choices.up_axis);
+    const V3f up = to_cell_axes(n, choices.up_axis);
     // Unit normals stay as they are, to the bit.
     const bool unit = std::abs(up.length() - 1) < 1e-6F;
     mesh.normals.push_back(unit ? up : up.length() > 0 ? up.normalized() : V3f(0, 0, 1));
@@ -259,9 +261,9 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
   if (const std::vector<V3f>& colours = file.face_colours.values; !colours.empty()) {
     std::vector<std::optional<V3f>> albedo;
     for (const std::size_t face : face_of) {
-      albedo.push_back(colours[face].x >= 0
-                           ? std::optional(albedo_of(colours[face], file.face_colours.coded, options.albedo))
-                           : std::nullopt);
+      albedo.push_back(colours[face].x >= 0 ? std::optional(albedo_of(
+                                                  colours[face], file.face_colours.is_srgb, options.albedo))
+                                            : std::nullopt);
     }
     paint_triangles(mesh, albedo);
   }
@@ -278,13 +280,13 @@ std::vector<std::string> material_files_of(const std::string& path) {
 }
 
 Result<CellMesh> read_mesh(const std::string& path, const MeshImportOptions& options, MeshChoices* chosen) {
-  return result_of(
+  return catch_failure(
       [&] { return cell_from(value_or_throw(read_file(path, max_mesh_file)), path, options, true, chosen); });
 }
 
 Result<CellMesh> read_mesh(const std::string& bytes, const std::string& name,
                            const MeshImportOptions& options) {
-  return result_of([&] { return cell_from(bytes, name, options, false, nullptr); });
+  return catch_failure([&] { return cell_from(bytes, name, options, false, nullptr); });
 }
 
 Result<void> write_mesh(const std::string& path, const CellMesh& mesh) {

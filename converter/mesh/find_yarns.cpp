@@ -281,7 +281,7 @@ Sampled sample(const CellMesh& mesh) {
   for (std::size_t i = 0; i < radii.size(); ++i) {
     if (radii[i] == 0) continue;
     V3d centre = s.points[i].position - s.points[i].normal * radii[i];
-    for (int k = 0; k < 2; ++k) centre[k] = in_repeat(centre[k], mesh.period[k]);
+    for (int k = 0; k < 2; ++k) centre[k] = wrap_to_repeat(centre[k], mesh.period[k]);
     s.balls.push_back({centre, radii[i]});
   }
   return s;
@@ -341,7 +341,7 @@ std::vector<Foot> feet_of(const std::vector<SampledPoint>& points, const std::ve
     thin = std::min(thin, axes[a].radius);
     for (std::size_t n = 0; n < axes[a].nodes.size(); ++n) {
       V3d node = axes[a].nodes[n];
-      for (int k = 0; k < 2; ++k) node[k] = in_repeat(node[k], period[k]);
+      for (int k = 0; k < 2; ++k) node[k] = wrap_to_repeat(node[k], period[k]);
       nodes.push_back(node);
       owner.emplace_back(static_cast<int>(a), static_cast<int>(n));
     }
@@ -519,7 +519,7 @@ FoundYarns find_yarns(const CellMesh& mesh) {
   drop_unsupported(s, mesh.period, axes);
   if (axes.empty()) return found;
   std::vector<YarnCurve> curves;
-  found.fraction = describe(s.points, mesh.period, axes, curves);
+  found.explained_fraction = describe(s.points, mesh.period, axes, curves);
   for (std::size_t a = 0; a < axes.size(); ++a)
     append_chain(curves[a], dense_points(axes[a], mesh.period), axes[a].radius, {}, found.yarns);
   return found;

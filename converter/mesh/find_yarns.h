@@ -9,7 +9,7 @@ struct FoundYarns {
   YarnData yarns;  ///< without light; heights as in the mesh
   /// Fraction of the surface's area that lies within 0.1 radii of the round tube about the nearest curve,
   /// faces as it does, and has its albedo to within 0.1.
-  double fraction = 0;
+  double explained_fraction = 0;
 };
 
 /// Yarns or plies that are round tubes of one radius and closed in the repeat, also where they touch and

@@ -27,8 +27,8 @@ SampledPoint point_in(const CellMesh& mesh, const V3i& t, const std::array<doubl
     const V3d n(mesh.normals[t[k]]);
     point.position -= n * (0.5 * weights[k] * (flat - V3d(mesh.positions[t[k]])).dot(n));
   }
-  point.position.x = in_repeat(point.position.x, mesh.period.x);
-  point.position.y = in_repeat(point.position.y, mesh.period.y);
+  point.position.x = wrap_to_repeat(point.position.x, mesh.period.x);
+  point.position.y = wrap_to_repeat(point.position.y, mesh.period.y);
   point.normal = normal.normalized();
   // Faces between touching yarns of two colours have no colour between them.
   const auto nearest = std::ranges::max_element(weights) - weights.begin();
@@ -55,8 +55,8 @@ std::vector<SampledPoint> sample_surface(const CellMesh& mesh, int count) {
     for (; (static_cast<double>(drawn) + 0.5) * each < before + area; ++drawn) {
       // Additive recurrence with the plastic number: evenly spread also over a few large triangles.
       const double part = static_cast<double>(drawn + 1);
-      const double a = in_repeat(part * 0.7548776662466927, 1);
-      const double b = in_repeat(part * 0.5698402909980532, 1);
+      const double a = wrap_to_repeat(part * 0.7548776662466927, 1);
+      const double b = wrap_to_repeat(part * 0.5698402909980532, 1);
       const double side = std::sqrt(a);
       const SampledPoint point = point_in(mesh, t, {1 - side, side * (1 - b), side * b});
       if (point.normal.length2() > 0.5) points.push_back(point);

@@ -20,7 +20,7 @@ struct SampledPoint {
 double surface_area(const CellMesh& mesh);
 
 /// A place of the axis that repeats with `period`, in [0, period).
-inline double in_repeat(double x, double period) {
+inline double wrap_to_repeat(double x, double period) {
   const double in_cell = x - std::floor(x / period) * period;
   return in_cell < period ? in_cell : 0;
 }

@@ -13,23 +13,23 @@ YarnCell yarn_cell_of(const CellMesh& mesh) {
   cell.thickness = static_cast<double>(bounds.max.z - bounds.min.z);
   for (std::size_t v = 0; v < mesh.transmission.size(); ++v) {
     const auto t = static_cast<double>(mesh.transmission[v]);
-    const V3f through(wall_albedo(V3d(mesh.albedo[v]), t) * t);
+    const V3f through(ply_wall_albedo(V3d(mesh.albedo[v]), t) * t);
     // Places of found yarn are not known: it has what any vertex has.
     if (mesh.places.empty())
-      std::ranges::fill(cell.through, through);
+      std::ranges::fill(cell.wall_transmission, through);
     else if (mesh.places[v].curve >= 0)
-      cell.through[mesh.places[v].curve] = through;
+      cell.wall_transmission[mesh.places[v].curve] = through;
   }
   return cell;
 }
 
-void settle(YarnCell& cell) {
+void move_to_ground(YarnCell& cell) {
   float low = 1e30F;
   float high = -1e30F;
   for_each_curve(cell.yarns, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
-    for (const Yarns::Segment& s : segments_of(curve, nodes, V2f(cell.period))) {
-      low = std::min(low, s.start.z - s.tall());
-      high = std::max(high, s.start.z + s.tall());
+    for (const Yarns::Segment& s : make_segments(curve, nodes, V2f(cell.period))) {
+      low = std::min(low, s.start.z - s.half_height());
+      high = std::max(high, s.start.z + s.half_height());
     }
   });
   for (V3f& node : cell.yarns.nodes) node.z -= low;

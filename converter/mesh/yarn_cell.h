@@ -8,10 +8,11 @@
 namespace selvedge {
 
 struct YarnCell {
-  V2d period{1, 1};          ///< mm
-  YarnData yarns;            ///< without light; heights above the lowest point
-  std::vector<V3f> through;  ///< of each curve: fraction of matt light that goes through the wall of a ply
-  double thickness = 0;      ///< mm, without hairs
+  V2d period{1, 1};  ///< mm
+  YarnData yarns;    ///< without light; heights above the lowest point
+  std::vector<V3f>
+      wall_transmission;  ///< of each curve: fraction of matt light that goes through the wall of a ply
+  double thickness = 0;   ///< mm, without hairs
 };
 
 /// The same of a mesh with yarns. Precondition: validate() holds of it.
@@ -19,6 +20,6 @@ YarnCell yarn_cell_of(const CellMesh& mesh);
 
 /// Moves the yarns so that their lowest point lies at height 0, and sets the thickness. Precondition:
 /// validate() holds of them.
-void settle(YarnCell& cell);
+void move_to_ground(YarnCell& cell);
 
 }  // namespace selvedge

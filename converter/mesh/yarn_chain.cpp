@@ -49,13 +49,14 @@ double chord_distance(const V3d& point, const V3d& a, const V3d& b) {
 void append_chain(YarnCurve curve, const std::vector<ChainPoint>& points, double radius,
                   const YarnChainOptions& options, YarnData& data) {
   std::vector<std::size_t> corners =
-      corners_of(points, options.max_sag * radius, options.max_length * radius);
+      corners_of(points, options.max_sag * radius, options.max_length_radii * radius);
   if (corners.size() < 2) corners = {0, points.size() / 2};
   double length = 0;
   for (std::size_t i = 1; i < points.size(); ++i)
     length += (points[i].position - points[i - 1].position).length();
   curve.nodes = static_cast<int>(corners.size());
-  curve.stations = std::max(4, static_cast<int>(std::lround(length / (options.station * radius))));
+  curve.stations =
+      std::max(4, static_cast<int>(std::lround(length / (options.station_spacing_radii * radius))));
   const bool is_squashed = !curve.squeezes.empty();
   curve.squeezes.clear();
   const double step = std::exp2(std::floor(std::log2(radius / 2048)));

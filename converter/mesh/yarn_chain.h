@@ -15,8 +15,8 @@ struct YarnChainOptions {
   /// The same of flat yarn, whose section turns by a step from segment to segment: larger ones show as
   /// ridges.
   double max_flat_sag = 0.001;
-  double max_length = 1;  ///< of a segment, in radii
-  double station = 2;     ///< distance between the stations of indirect light, in radii
+  double max_length_radii = 1;       ///< of a segment, in radii
+  double station_spacing_radii = 2;  ///< distance between the stations of indirect light, in radii
 };
 
 /// A place of a yarn's axis, mm, and the squeeze of its section there.

@@ -55,10 +55,10 @@ std::optional<Item> cable_of(std::string_view name) {
 std::optional<Item> item_of(std::string_view name) {
   if (name == "k") return Item{};
   if (name == "p") return Item{1, 1, {.purl = true}};
-  if (name == "yo") return Item{1, 0, {.through = {}}};
+  if (name == "yo") return Item{1, 0, {.source_loops = {}}};
   // The one that leans over the other comes first: the left one of k2tog, the right one of ssk.
-  if (name == "k2tog") return Item{1, 2, {.through = {0, 1}}};
-  if (name == "ssk") return Item{1, 2, {.through = {1, 0}}};
+  if (name == "k2tog") return Item{1, 2, {.source_loops = {0, 1}}};
+  if (name == "ssk") return Item{1, 2, {.source_loops = {1, 0}}};
   return cable_of(name);
 }
 
@@ -126,7 +126,7 @@ int moved_by(const std::vector<Item>& items, int first) {
   int loop = first;
   for (const Item& item : items) {
     if (item.takes == 2 && item.makes == 1) {
-      const auto distance = [&](std::size_t k) { return std::abs(loop + item.as.through[k] - column); };
+      const auto distance = [&](std::size_t k) { return std::abs(loop + item.as.source_loops[k] - column); };
       moved += 4 * (distance(0) + distance(1)) + (distance(1) > 0 ? 1 : 0);
     } else if (item.takes > 0) {
       moved += 4 * std::abs(loop - column) * item.takes;
@@ -146,11 +146,11 @@ std::vector<ChartStitch> stitches_of(const std::vector<Item>& items, int first) 
       ChartStitch stitch = item.as;
       const int column = static_cast<int>(stitches.size());
       const int half = item.makes / 2;
-      for (int& through : stitch.through) through += loop - column;
+      for (int& through : stitch.source_loops) through += loop - column;
       if (item.crosses != 0) {
         const bool left = k < half;  // it takes a loop of the right half
-        stitch.through = {loop + (left ? k + half : k - half) - column};
-        stitch.layer = left ? item.crosses : -item.crosses;
+        stitch.source_loops = {loop + (left ? k + half : k - half) - column};
+        stitch.cable_layer = left ? item.crosses : -item.crosses;
       }
       stitches.push_back(std::move(stitch));
     }
@@ -256,7 +256,7 @@ std::vector<Line> lines_of(std::string_view text) {
     text.remove_prefix(std::min(end + 1, text.size()));
     if (whole.ends_with('\r')) whole.remove_suffix(1);
     if (whole.find('\0') != std::string_view::npos) refuse_line(number, "has a NUL byte");
-    if (as_utf8(whole) != whole) refuse_line(number, "has a byte that is not UTF-8");
+    if (escape_invalid_utf8(whole) != whole) refuse_line(number, "has a byte that is not UTF-8");
     const std::string line = trimmed(whole);
     if (line.empty() || line.front() == '#') continue;
     const std::size_t colon = line.find(':');
@@ -344,7 +344,7 @@ class ChartReader {
         refuse_line(line.number, fmt::format("\"{}\" sets a parameter a second time", word));
     }
     std::vector<StitchParameter> parameters = yarn_parameters("", {});
-    parameters.push_back(shared_parameters("", find_yarn_kind("wool").value()).front());
+    parameters.push_back(yarn_kind_parameters("", find_yarn_kind("wool").value()).front());
     parameters.push_back({radius_parameter, {0}, min_stitch_mm, max_stitch_mm, ""});
     const auto values = StitchValues::create(file_, parameters, settings);
     if (!values) {
@@ -353,7 +353,7 @@ class ChartReader {
       refuse_line(line.number, fmt::format("{}: {}", place, values.error().message));
     }
     Yarn yarn;
-    yarn.fibre = static_cast<int>(values->number(yarn_parameter));
+    yarn.fibre_kind = static_cast<int>(values->number(yarn_parameter));
     yarn.radius_mm = values->number(radius_parameter);
     const auto& albedo = values->numbers(albedo_parameter);
     yarn.albedo = V3f(V3d(albedo[0], albedo[1], albedo[2]));
@@ -415,7 +415,7 @@ class ChartReader {
                                     knit.course_mm * static_cast<double>(knit.rows.size()));
     for (std::size_t k = 0; k < knit.yarns.size(); ++k) {
       double& radius = knit.yarns[k].radius_mm;
-      if (radius == 0) radius = usual_radius(knit, knit.yarns[k].fibre);
+      if (radius == 0) radius = default_radius(knit, knit.yarns[k].fibre_kind);
       if (radius > StitchLimits().radius_periods * shorter) {
         refuse_line(yarn_lines_[k], fmt::format("radius_mm: {} is more than {} times the shorter side {} mm "
                                                 "of the chart",
@@ -425,7 +425,7 @@ class ChartReader {
     double crossings = 0;
     std::pair<double, int> tallest{0, 0};  // and its line
     for (std::size_t k = 0; k < rows_.size(); ++k) {
-      const double height = height_of_crossing(knit, static_cast<int>(k));
+      const double height = crossing_courses(knit, static_cast<int>(k));
       crossings += height;
       if (height > tallest.first) tallest = {height, rows_[k].line};
     }
@@ -475,10 +475,10 @@ class ChartReader {
         longest = std::max(longest, passed);
       }
     }
-    if (longest <= long_float) return;
+    if (longest <= max_float_without_remark) return;
     chart_.remarks.push_back(
         fmt::format("yarn {} floats behind {} stitches of row {}: knitters catch what is longer than {}",
-                    letters_[yarn], longest, number, long_float));
+                    letters_[yarn], longest, number, max_float_without_remark));
   }
 
   const std::string& file_;
@@ -491,15 +491,15 @@ class ChartReader {
 
 }  // namespace
 
-double usual_radius(const KnitChart& chart, int kind) {
+double default_radius(const KnitChart& chart, int kind) {
   const double gauge = std::min(chart.wale_mm / KnitChart().wale_mm, chart.course_mm / KnitChart().course_mm);
   return (kind == 0 ? 0.6 : 0.79) * gauge;
 }
 
 Result<ChartText> read_chart(std::string_view text, const std::string& file) {
-  if (text.size() > max_chart_text) {
+  if (text.size() > max_chart_bytes) {
     return fail(Code::file_too_large, file, "",
-                fmt::format("{} bytes, a chart has at most {}", text.size(), max_chart_text));
+                fmt::format("{} bytes, a chart has at most {}", text.size(), max_chart_bytes));
   }
   return reading(file, [&] { return ChartReader(file).read(text); });
 }

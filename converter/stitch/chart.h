@@ -19,7 +19,7 @@
 namespace selvedge {
 
 /// Largest text that is read, bytes.
-constexpr std::size_t max_chart_text = 1U << 20U;
+constexpr std::size_t max_chart_bytes = 1U << 20U;
 
 /// Limits of a chart: stitches of all rows, yarns, yarns of one row.
 constexpr std::size_t max_chart_stitches = 1024;
@@ -28,7 +28,7 @@ constexpr std::size_t max_row_yarns = 4;
 /// Wider cables are drawn well, but do not come to rest at the full thickness of a usual yarn.
 constexpr int max_cable = 8;
 /// Stitches that a yarn may pass without a remark: knitters catch longer floats.
-constexpr int long_float = 5;
+constexpr int max_float_without_remark = 5;
 
 /// A chart as its text has it.
 struct ChartText {
@@ -41,7 +41,7 @@ struct ChartText {
 
 /// Radius, mm, of yarn of this kind (fibres.h) in stitches of the chart's size, where none is said: soft yarn
 /// is thicker.
-double usual_radius(const KnitChart& chart, int kind);
+double default_radius(const KnitChart& chart, int kind);
 
 /// Refuses (stitch_invalid, place: the line) unknown keys and stitches, numbers and counts out of range, rows
 /// that are not numbered up or down by one, rows of other lengths, decreases without yarn overs, and cables

@@ -60,20 +60,20 @@ double mean(const F& f) {
 
 std::span<const YarnKind> yarn_kinds() { return kinds; }
 
-YarnKind fibre_of(int kind) {
+YarnKind fibre_or_default(int kind) {
   YarnKind fibre = kinds[kind];
   if (kind == 0) {
     fibre.diameter_um = 20;
-    fibre.refraction = 1.55;
+    fibre.refractive_index = 1.55;
     fibre.roughness = 0.3;
-    fibre.density = 1.4;
+    fibre.density_g_per_cm3 = 1.4;
     fibre.packing = 0.5;
   }
   return fibre;
 }
 
 double tex_of(double radius_mm, int kind, double packing) {
-  return 1000 * pi * radius_mm * radius_mm * fibre_of(kind).density * packing;
+  return 1000 * pi * radius_mm * radius_mm * fibre_or_default(kind).density_g_per_cm3 * packing;
 }
 
 double radius_of_tex(double tex, int kind, double packing) {

@@ -36,7 +36,7 @@ bool is_stitch(const std::string& name_or_path) {
 }
 
 Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& options) {
-  return result_of([&]() -> Result<Cell> {
+  return catch_failure([&]() -> Result<Cell> {
     Cell cell;
     if (!is_stitch(name_or_path)) {
       if (!options.settings.empty())
@@ -46,13 +46,13 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
       cell.remarks = remarks_on(*cell.choices);
       return cell;
     }
-    cell.stitch = value_or_throw(find_stitch(name_or_path, options.settings, options.start));
+    cell.stitch = value_or_throw(find_stitch(name_or_path, options.settings, options.on_start));
     if (options.import.period)
       return fail(Code::option_out_of_range, name_or_path, "--period", "a stitch has its own period");
     MeshOptions mesh_options = options.mesh;
     mesh_options.repeats = cell.stitch->repeats;
     const StitchPattern& pattern = cell.stitch->pattern;
-    if (options.mesh_of_stitch)
+    if (options.needs_stitch_mesh)
       cell.mesh = value_or_throw(
           reading(name_or_path, [&] { return value_or_throw(mesh_stitch(pattern, mesh_options)); }));
     else

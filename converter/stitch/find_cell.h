@@ -13,11 +13,11 @@
 namespace selvedge {
 
 struct CellOptions {
-  MeshOptions mesh;            ///< used for stitches
-  MeshImportOptions import;    ///< used for mesh files; a period for a stitch is refused
-  StitchSettings settings;     ///< of a stitch's parameters; refused for mesh files
-  StitchStart start = {};      ///< called before the yarns of a chart or draft are laid
-  bool mesh_of_stitch = true;  ///< false: stitches get their yarn alone
+  MeshOptions mesh;               ///< used for stitches
+  MeshImportOptions import;       ///< used for mesh files; a period for a stitch is refused
+  StitchSettings settings;        ///< of a stitch's parameters; refused for mesh files
+  StartCallback on_start = {};    ///< called before the yarns of a chart or draft are laid
+  bool needs_stitch_mesh = true;  ///< false: stitches get their yarn alone
 };
 
 struct Cell {

@@ -35,9 +35,9 @@ V3d direction_between(const V3d& apart, const Section& a, const Section& b, int 
   return direction;
 }
 
-double thinnest_of(const StitchPattern& pattern) {
-  double thinnest = thin_of(pattern.yarns.front());
-  for (const Yarn& yarn : pattern.yarns) thinnest = std::min(thinnest, thin_of(yarn));
+double min_half_thickness(const StitchPattern& pattern) {
+  double thinnest = half_thickness_of(pattern.yarns.front());
+  for (const Yarn& yarn : pattern.yarns) thinnest = std::min(thinnest, half_thickness_of(yarn));
   return thinnest;
 }
 

@@ -21,7 +21,7 @@ struct Section {
 /// How far a section reaches in a unit direction, mm: the reach of the ellipsoid whose widest
 /// section it is.
 inline double support_of(const Section& section, const V3d& direction) {
-  return reach_of(thin_radius(section.radius, section.squeeze), section.squeeze, direction);
+  return section_extent(round_section_radius(section.radius, section.squeeze), section.squeeze, direction);
 }
 
 /// The unit direction from b to a in which there is most room between them, or least overlap, a lying
@@ -29,15 +29,15 @@ inline double support_of(const Section& section, const V3d& direction) {
 V3d direction_between(const V3d& apart, const Section& a, const Section& b, int steps = 4);
 
 /// Half the width of the round section with its area, mm, at a place along a chain of this length, mm.
-inline double swollen_radius(const Yarn& yarn, double along, double length) {
-  return yarn.radius_mm * strand_swell(yarn.swells, along / length * yarn.passes, byte_of_thickness);
+inline double radius_with_swells(const Yarn& yarn, double along, double length) {
+  return yarn.radius_mm * strand_swell(yarn.swells, along / length * yarn.passes, thickness_noise_byte);
 }
 
 /// Half the width and half the thickness, mm, where the yarn lies level.
-inline double wide_of(const Yarn& yarn) { return yarn.radius_mm / std::sqrt(yarn.flattening); }
-inline double thin_of(const Yarn& yarn) { return yarn.radius_mm * std::sqrt(yarn.flattening); }
+inline double half_width_of(const Yarn& yarn) { return yarn.radius_mm / std::sqrt(yarn.flattening); }
+inline double half_thickness_of(const Yarn& yarn) { return yarn.radius_mm * std::sqrt(yarn.flattening); }
 
 /// Half the thickness of the thinnest yarn, mm.
-double thinnest_of(const StitchPattern& pattern);
+double min_half_thickness(const StitchPattern& pattern);
 
 }  // namespace selvedge

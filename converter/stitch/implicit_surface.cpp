@@ -87,12 +87,12 @@ void ImplicitSurface::cut(const StitchPattern& pattern) {
     yarn_length_.push_back(length);
     for (std::size_t p = first; p < pieces_.size(); ++p) {
       Piece& piece = pieces_[p];
-      piece.start_radius = swollen_radius(yarn, piece.start_length, length);
-      piece.end_radius = swollen_radius(yarn, piece.start_length + piece.length(), length);
+      piece.start_radius = radius_with_swells(yarn, piece.start_length, length);
+      piece.end_radius = radius_with_swells(yarn, piece.start_length + piece.length(), length);
       const double larger = std::max(piece.start_radius, piece.end_radius);
       piece.radius = larger / std::sqrt(piece.min_fraction);
       const auto tall = [&](const V3d& squeeze) {
-        return reach_of(thin_radius(larger, squeeze), squeeze, V3d(0, 0, 1));
+        return section_extent(round_section_radius(larger, squeeze), squeeze, V3d(0, 0, 1));
       };
       const double thickest = std::max(tall(piece.start_squeeze), tall(piece.end_squeeze));
       const double margin = thickest + piece.span.sag;
@@ -183,7 +183,7 @@ double ImplicitSurface::Piece::nearest_to(const V3d& point) const {
 }
 
 V3d ImplicitSurface::wrap(const V3d& point) const {
-  return {in_repeat(point.x, period_.x), in_repeat(point.y, period_.y), point.z};
+  return {wrap_to_repeat(point.x, period_.x), wrap_to_repeat(point.y, period_.y), point.z};
 }
 
 std::size_t ImplicitSurface::bin_of(const V3d& wrapped) const {
@@ -211,10 +211,10 @@ SurfaceSample ImplicitSurface::sample(const V3d& point) const {
     const V3d squeeze = piece.squeeze_at(t);
     const V3d offset = squeezed(local - point_at(piece.segment, t), squeeze);
     const double length = offset.length();
-    const double radius = thin_radius(piece.radius_at(t), squeeze);
+    const double radius = round_section_radius(piece.radius_at(t), squeeze);
     if (length - radius < best.distance) {
       best.distance = length - radius;
-      best.round = length > 0 ? offset / length : V3d(0, 0, 0);
+      best.round_gradient = length > 0 ? offset / length : V3d(0, 0, 0);
       best.squeeze = squeeze;
       best.yarn = piece.yarn;
       nearest = &piece;
@@ -222,16 +222,17 @@ SurfaceSample ImplicitSurface::sample(const V3d& point) const {
     }
   }
   if (nearest == nullptr) return best;
-  best.gradient = nearest->flat() ? squeezed(best.round, best.squeeze).normalized() : best.round;
+  best.gradient =
+      nearest->flat() ? squeezed(best.round_gradient, best.squeeze).normalized() : best.round_gradient;
   best.tangent = derivative_at(nearest->segment, parameter).normalized();
   const double length = nearest->length();
-  if (length > 0) best.widening = (nearest->end_radius - nearest->start_radius) / length;
+  if (length > 0) best.radius_slope = (nearest->end_radius - nearest->start_radius) / length;
   return best;
 }
 
 Result<double> minimum_clearance(const StitchPattern& pattern, const std::string& file) {
   double largest = 0;
-  for (const Yarn& yarn : pattern.yarns) largest = std::max(largest, wide_of(yarn));
+  for (const Yarn& yarn : pattern.yarns) largest = std::max(largest, half_width_of(yarn));
   // The reach counts from a centre line, so it is one radius larger.
   auto built = ImplicitSurface::build(pattern, 2 * largest, file);
   if (!built) return tl::unexpected(built.error());
@@ -245,7 +246,7 @@ Result<double> minimum_clearance(const StitchPattern& pattern, const std::string
                             double tb, const V2i& shift) {
     if (a.yarn != b.yarn) return false;
     const Yarn& yarn = pattern.yarns[a.yarn];
-    const V2i turns = turns_of(yarn, pattern.period_mm);
+    const V2i turns = chain_periods(yarn, pattern.period_mm);
     const double chain = surface.yarn_length_[a.yarn];
     double along = length_at(b, tb) - length_at(a, ta);
     if (turns == V2i(0, 0)) {

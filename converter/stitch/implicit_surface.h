@@ -20,11 +20,11 @@ namespace selvedge {
 struct SurfaceSample {
   double distance = 0;    ///< f, mm
   V3d gradient{0, 0, 0};  ///< unit, away from the nearest skeleton; zero on the skeleton and beyond the reach
-  V3d round{0, 0, 0};     ///< the gradient in the round section, unit
-  V3d squeeze{0, 0, 0};   ///< of the section
-  V3d tangent{0, 0, 0};   ///< unit, along the nearest yarn; zero beyond the reach
-  int yarn = -1;          ///< index of the nearest yarn; -1 beyond the reach
-  double widening = 0;    ///< change of its radius, mm a mm along the tangent
+  V3d round_gradient{0, 0, 0};  ///< the gradient in the round section, unit
+  V3d squeeze{0, 0, 0};         ///< of the section
+  V3d tangent{0, 0, 0};         ///< unit, along the nearest yarn; zero beyond the reach
+  int yarn = -1;                ///< index of the nearest yarn; -1 beyond the reach
+  double radius_slope = 0;      ///< change of its radius, mm a mm along the tangent
 };
 
 class ImplicitSurface {
@@ -44,8 +44,8 @@ class ImplicitSurface {
   }
 
   /// Conservative lowest and highest z of the surface, mm.
-  double low() const { return low_; }
-  double high() const { return high_; }
+  double z_low() const { return low_; }
+  double z_high() const { return high_; }
 
  private:
   friend Result<double> minimum_clearance(const StitchPattern& pattern, const std::string& file);

@@ -50,7 +50,7 @@ struct Loop {
   int sign = 1;         ///< drawn to the front (1) or to the back (-1)
   int above = 1;        ///< the same for the stitch that holds it
   int lean = 0;         ///< columns from the loop to that stitch
-  int layer = 0;        ///< in front of the loops that it passes (1) or behind them (-1)
+  int cable_layer = 0;  ///< in front of the loops that it passes (1) or behind them (-1)
   bool over = false;    ///< leans over another loop that the same stitch holds
   bool under = false;   ///< another loop leans over it
   bool beside = false;  ///< over: the place above it is free, a yarn over, and it leans from there
@@ -73,19 +73,19 @@ std::vector<Loop> loops_below(const KnitChart& chart, int row) {
     const auto loop_at = [&](int column) -> Loop& {
       return loops[wrapped(static_cast<int>(k) + column, loops.size())];
     };
-    for (const int column : stitch.through) {
+    for (const int column : stitch.source_loops) {
       loop_at(column).above = stitch.purl ? -1 : 1;
       loop_at(column).lean = -column;
-      loop_at(column).layer = stitch.layer;
+      loop_at(column).cable_layer = stitch.cable_layer;
     }
-    if (stitch.through.size() < 2) continue;
-    const int first = stitch.through[0];
+    if (stitch.source_loops.size() < 2) continue;
+    const int first = stitch.source_loops[0];
     Loop& over = loop_at(first);
-    Loop& under = loop_at(stitch.through[1]);
+    Loop& under = loop_at(stitch.source_loops[1]);
     over.over = under.under = true;
-    over.beside = stitch.through[1] == 0 && std::abs(first) == 1 &&
-                  stitches[wrapped(static_cast<int>(k) + first, stitches.size())].through.empty();
-    if (!over.beside) over.layer = 1, under.layer = -1;
+    over.beside = stitch.source_loops[1] == 0 && std::abs(first) == 1 &&
+                  stitches[wrapped(static_cast<int>(k) + first, stitches.size())].source_loops.empty();
+    if (!over.beside) over.cable_layer = 1, under.cable_layer = -1;
   }
   return loops;
 }
@@ -103,9 +103,9 @@ double depth_of(const Loop& loop, double foot_middle, double t) {
   const double head = loop.over ? -0.45 : (loop.under ? -1.1 : -loop.above);
   if (t < foot_crossing) return ease(foot_middle, -loop.sign, 0, foot_crossing, t);
   if (t < lower_crossing) return ease(-loop.sign, leg_low, rise_begin, rise_end, t);
-  if (loop.layer != 0 && t < upper_crossing) {
-    if (t < across_end) return ease(leg_low, loop.layer, pass_begin, across_begin, t);
-    return ease(loop.layer, leg_high, across_end, pass_end, t);
+  if (loop.cable_layer != 0 && t < upper_crossing) {
+    if (t < across_end) return ease(leg_low, loop.cable_layer, pass_begin, across_begin, t);
+    return ease(loop.cable_layer, leg_high, across_end, pass_end, t);
   }
   if (t < upper_crossing) return ease(leg_low, leg_high, lower_crossing, upper_crossing, t);
   return ease(leg_high, head, upper_crossing, head_crossing, t);
@@ -289,7 +289,7 @@ class Drawing {
 
 }  // namespace
 
-double height_of_crossing(const KnitChart& chart, int row) { return crossing_below(chart, row).band; }
+double crossing_courses(const KnitChart& chart, int row) { return crossing_below(chart, row).band; }
 
 StitchPattern draw_knit(const KnitChart& chart, const std::string& name) {
   const Drawing drawing(chart);

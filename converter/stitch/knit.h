@@ -14,8 +14,8 @@ struct ChartStitch {
   bool purl = false;  ///< drawn through from the front to the back, not from the back to the front
   /// Columns, counted from its own, of the loops of the course below that it is drawn through: one; none of a
   /// yarn over; two of a decrease, of which the first lies in front of the second.
-  std::vector<int> through{0};
-  int layer = 0;         ///< of a cable: its loop crosses in front of the others (1) or behind them (-1)
+  std::vector<int> source_loops{0};
+  int cable_layer = 0;   ///< of a cable: its loop crosses in front of the others (1) or behind them (-1)
   std::size_t yarn = 0;  ///< that it is knitted with
 
   bool operator==(const ChartStitch&) const = default;
@@ -36,12 +36,12 @@ constexpr double max_crossing_fraction = 0.6;
 
 /// Height, in courses, that the loops below this row take in the drawing to move to other columns: 0 where
 /// none does. Precondition as of draw_knit().
-double height_of_crossing(const KnitChart& chart, int row);
+double crossing_courses(const KnitChart& chart, int row);
 
-/// The yarns of the chart, with radii at which they do not touch (RelaxOptions::start). Each course has one
-/// chain for every yarn that it is knitted with; a yarn passes stitches of other yarns behind the cloth.
-/// Precondition: a chart by these rules, at least one yarn, and crossings that together take no more than
-/// max_crossing_fraction of the rows.
+/// The yarns of the chart, with radii at which they do not touch (RelaxOptions::start_fraction). Each course
+/// has one chain for every yarn that it is knitted with; a yarn passes stitches of other yarns behind the
+/// cloth. Precondition: a chart by these rules, at least one yarn, and crossings that together take no more
+/// than max_crossing_fraction of the rows.
 StitchPattern draw_knit(const KnitChart& chart, const std::string& name);
 
 }  // namespace selvedge

@@ -32,7 +32,7 @@ struct BuiltIn {
   StitchInfo info;
   /// The yarns as drawn, before relaxation.
   std::function<StitchPattern(const StitchValues&)> draw;
-  int stitches = 0;         ///< of a knit, in a repeat
+  int stitch_count = 0;     ///< of a knit, in a repeat
   int wales = 0;            ///< the same
   std::size_t warps = 0;    ///< of a weave: its first yarns, wefts are behind them; of a knit 0
   StitchSettings settings;  ///< of its chart, where a user sets no others
@@ -87,20 +87,20 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
                  100,
                  "root of tex over cm of yarn a stitch: gives wale and course, if set with tex"},
                 slack_parameter()};
-  append(parameters, common_parameters(drawn.yarns.front().fibre));
+  append(parameters, stitch_parameters(drawn.yarns.front().fibre_kind));
   const auto shorter = [wales = drawn.rows.front().size(), courses = drawn.rows.size()](double wale,
                                                                                         double course) {
     return std::min(wale * static_cast<double>(wales), course * static_cast<double>(courses));
   };
   for (std::size_t k = 0; k < drawn.yarns.size(); ++k) {
     Yarn yarn = drawn.yarns[k];
-    const int kind = std::exchange(yarn.fibre, 0);
-    if (k > 0) append(parameters, shared_parameters(prefixes[k], kind));
+    const int kind = std::exchange(yarn.fibre_kind, 0);
+    if (k > 0) append(parameters, yarn_kind_parameters(prefixes[k], kind));
     append_yarn(parameters, prefixes[k], kind, shorter(drawn.wale_mm, drawn.course_mm), yarn);
     for (const auto& [name, value] : chart.settings[k]) stitch.settings[prefixes[k] + name] = value;
   }
   stitch.wales = static_cast<int>(drawn.rows.front().size());
-  stitch.stitches = stitch.wales * static_cast<int>(drawn.rows.size());
+  stitch.stitch_count = stitch.wales * static_cast<int>(drawn.rows.size());
   stitch.draw = [=](const StitchValues& values) {
     KnitChart set = chart.knit;
     set.wale_mm = values.number("wale_mm");
@@ -108,12 +108,12 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
     const double gauge = std::min(set.wale_mm / chart.knit.wale_mm, set.course_mm / chart.knit.course_mm);
     for (std::size_t k = 0; k < set.yarns.size(); ++k) {
       Yarn& yarn = set.yarns[k];
-      // One setting for all: thicker ones stay so many times as thick.
+      // One setting for all: ratios of thickness stay.
       yarn.radius_mm = radius_for(values, "radius_mm", gauge) * (yarn.radius_mm / radius_mm);
       const int kind = kind_of(values, prefixes[k]);
-      if (kind == 0 && yarn.fibre != 0 && !values.is_set("radius_mm"))
-        yarn.radius_mm = std::min(yarn.radius_mm, usual_radius(set, kind));
-      yarn.fibre = 0;
+      if (kind == 0 && yarn.fibre_kind != 0 && !values.is_set("radius_mm"))
+        yarn.radius_mm = std::min(yarn.radius_mm, default_radius(set, kind));
+      yarn.fibre_kind = 0;
       if (kind != 0) yarn.flattening = knit_flattening;
       apply_flattening(values, prefixes[k], yarn);
       apply_settings(values, prefixes[k], shorter(set.wale_mm, set.course_mm), yarn);
@@ -139,7 +139,7 @@ std::vector<Yarn> yarns_of(const StitchEntry::Threads& threads, const Gloss& glo
                            const StitchValues& values, const std::string& prefix, double gauge,
                            std::size_t count) {
   Yarn yarn = coloured(threads.albedo, radius_for(values, prefix + "_radius_mm", gauge), gloss);
-  yarn.fibre = kind_of(values, prefix + "_");
+  yarn.fibre_kind = kind_of(values, prefix + "_");
   apply_flattening(values, prefix + "_", yarn);
   std::vector<Yarn> yarns(count, yarn);
   for (std::size_t i = 0; i < count; ++i) yarns[i].name = fmt::format("{} {}", prefix, i + 1);
@@ -160,24 +160,25 @@ BuiltIn weave(const StitchEntry& entry) {
       tex_parameter("weft_"),
       slack_parameter()};
   const int kind = find_yarn_kind(fibre).value();
-  append(parameters, common_parameters(kind));
+  append(parameters, stitch_parameters(kind));
   const double shorter_mm = std::min(warp.spacing_mm * static_cast<double>(rows.front().size()),
                                      weft.spacing_mm * static_cast<double>(rows.size()));
   for (const auto& [prefix, threads] : {std::pair("warp_", warp), std::pair("weft_", weft)}) {
-    append(parameters, shared_parameters(prefix, kind));
+    append(parameters, yarn_kind_parameters(prefix, kind));
     append_yarn(parameters, prefix, kind, shorter_mm, coloured(threads.albedo, threads.radius_mm, gloss));
   }
   stitch.warps = rows.front().size();
   stitch.draw = [name = entry.name, cell = entry.drawdown](const StitchValues& values) {
     const std::size_t columns = cell.rows.front().size();
     const std::size_t picks = cell.rows.size();
-    const double warp_mm = values.number("warp_spacing_mm");
-    const double weft_mm = values.number("weft_spacing_mm");
-    const double gauge = std::min(warp_mm / cell.warp.spacing_mm, weft_mm / cell.weft.spacing_mm);
+    const double warp_spacing_mm = values.number("warp_spacing_mm");
+    const double weft_spacing_mm = values.number("weft_spacing_mm");
+    const double gauge =
+        std::min(warp_spacing_mm / cell.warp.spacing_mm, weft_spacing_mm / cell.weft.spacing_mm);
     Weave weave{yarns_of(cell.warp, cell.gloss, values, "warp", gauge, columns),
                 yarns_of(cell.weft, cell.gloss, values, "weft", gauge, picks),
-                std::vector(columns, warp_mm),
-                std::vector(picks, weft_mm),
+                std::vector(columns, warp_spacing_mm),
+                std::vector(picks, weft_spacing_mm),
                 {}};
     for (auto row = cell.rows.rbegin(); row != cell.rows.rend(); ++row)
       for (const char c : *row) weave.warp_is_over.push_back(c == '#');
@@ -188,14 +189,14 @@ BuiltIn weave(const StitchEntry& entry) {
 
 BuiltIn built_in_of(const StitchEntry& entry) {
   BuiltIn stitch;
-  if (entry.chart.empty()) {
+  if (entry.chart_text.empty()) {
     stitch = weave(entry);
   } else {
-    ChartText chart = value_or_throw(read_chart(entry.chart, entry.name));
+    ChartText chart = value_or_throw(read_chart(entry.chart_text, entry.name));
     chart.name = entry.name;
     stitch = knit(entry.description, chart);
   }
-  stitch.info.cover = entry.cover;
+  stitch.info.cover_fraction = entry.cover_fraction;
   return stitch;
 }
 
@@ -217,10 +218,10 @@ void set_seed(const StitchValues& values, const std::string& name, StitchPattern
 /// Lays the repeats that a cell is to hold; refuses more yarn than a pattern may have.
 void lay_repeats(const StitchValues& values, const std::string& name, FoundStitch& found) {
   found.repeats = static_cast<int>(values.number("repeats"));
-  found.pattern = repeated(found.pattern, found.repeats);
+  found.pattern = repeat_pattern(found.pattern, found.repeats);
   found.min_texels *= found.repeats;
   value_or_throw(validate(found.pattern, name));
-  // Beside its nodes, a file holds so many hairs (format/fabric/yarns.h).
+  // Beside its nodes, a file holds this number of hairs (format/fabric/yarns.h).
   constexpr double max_hairs = 1 << 16;
   double hairs = 0;
   for (const Yarn& yarn : found.pattern.yarns) hairs += expected_hairs(yarn);
@@ -240,7 +241,7 @@ void apply_woven_settings(const StitchValues& values, std::size_t warps, StitchP
     apply_settings(values, y < warps ? "warp_" : "weft_", shorter_period(pattern), pattern.yarns[y]);
 }
 
-constexpr double rough_work = 8;  ///< rough relaxation does so many times as much in the same time
+constexpr double rough_work = 8;  ///< work that rough relaxation does in the same time, as a multiple
 
 /// Estimated work of relax(), to which its time is proportional: 5 seconds a million on a core of
 /// 2024.
@@ -255,8 +256,8 @@ double relaxation_work(const StitchPattern& pattern, bool rough = false) {
     for (const BezierSegment& segment : yarn.segments) length += polygon_length(segment);
     const double count = std::max(12.0, points_per_radius * length / yarn.radius_mm);
     squares += count * count;
-    points += count * V3d(1, wide_of(yarn), std::pow(wide_of(yarn), 2));
-    widest = std::max(widest, wide_of(yarn));
+    points += count * V3d(1, half_width_of(yarn), std::pow(half_width_of(yarn), 2));
+    widest = std::max(widest, half_width_of(yarn));
   }
   // Neighbours of a point lie within both half widths and the margin; they are looked for among the points of
   // nine squares that are as wide as the widest of these reaches. In memory a contact is worth fifty.
@@ -285,7 +286,7 @@ StitchSettings by_count(const BuiltIn& stitch, StitchSettings settings) {
         Result<void>(fail(Code::option_out_of_range, stitch.info.name, "--set " + name, std::move(why))));
   };
   for (const std::string prefix : {"", "warp_", "weft_"}) {
-    const auto radius = radius_by_count(values, prefix);
+    const auto radius = radius_from_tex(values, prefix);
     if (!radius) continue;
     const std::string name = prefix + "radius_mm";
     if (values.is_set(name)) refuse(prefix + "tex", "excludes " + name);
@@ -310,7 +311,7 @@ void tell_thickness(double fraction, FoundStitch& found) {
 
 /// Tells the size of a chart or draft of `cells` each way, whose repeats are still to be laid.
 void tell_size(const StitchValues& values, const V2i& cells, const V2i& min_texels, bool woven,
-               const StitchPattern& drawn, const StitchStart& start) {
+               const StitchPattern& drawn, const StartCallback& start) {
   if (!start) return;
   const auto repeats = static_cast<int>(values.number("repeats"));
   double radii = 0;
@@ -325,10 +326,10 @@ RelaxOptions relax_options(const StitchValues& values, bool woven, bool thins) {
   // In radii, of woven cloth; a crossing of two round yarns takes 4.
   constexpr double woven_thickness = 5.2;
   constexpr double woven_hold = 0.05;
-  return {.gap = values.number("slack"),
-          .max_thickness = woven ? woven_thickness : 0,
-          .hold = woven ? woven_hold : 0,
-          .thins = thins};
+  return {.gap_radii = values.number("slack"),
+          .max_thickness_radii = woven ? woven_thickness : 0,
+          .in_plane_restoring = woven ? woven_hold : 0,
+          .may_thin = thins};
 }
 
 /// `tell`: called with the values and the yarns as drawn, before they come to rest.
@@ -349,19 +350,19 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
   set_seed(values, stitch.info.name, drawn);
   if (relaxation_work(drawn) > max_relaxation_work) return refuse(too_much_work);
   if (tell) tell(values, drawn);
-  Relaxed result = relaxer(drawn, relax_options(values, woven, !given));
-  if (given ? result.part < 1 - touching_overlap : !result.settled)
+  RelaxResult result = relaxer(drawn, relax_options(values, woven, !given));
+  if (given ? result.radius_fraction < 1 - touching_overlap : !result.has_settled)
     return refuse(fmt::format(
         "the yarns are too thick for their gauge and slack: there is room for {:.2f} of their radius",
-        result.part));
+        result.radius_fraction));
   FoundStitch found{.pattern = std::move(result.pattern)};
-  tell_thickness(result.part, found);
+  tell_thickness(result.radius_fraction, found);
   if (woven) {
     apply_woven_settings(values, stitch.warps, found.pattern);
     value_or_throw(validate(found.pattern, stitch.info.name));
   }
   lay_repeats(values, stitch.info.name, found);
-  found.stitches = stitch.stitches * found.repeats * found.repeats;
+  found.stitch_count = stitch.stitch_count * found.repeats * found.repeats;
   found.wales = stitch.wales * found.repeats;
   return found;
 }
@@ -381,7 +382,7 @@ BuiltIn stitch_of(ChartText& chart, const std::string& path) {
 }
 
 FoundStitch chart_in(const std::string& text, const std::string& path, const StitchSettings& settings,
-                     const StitchStart& start, const Relaxer& relaxer) {
+                     const StartCallback& start, const Relaxer& relaxer) {
   auto chart = value_or_throw(read_chart(text, path));
   const BuiltIn stitch = stitch_of(chart, path);
   const V2i cells(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size()));
@@ -398,9 +399,9 @@ FoundStitch chart_in(const std::string& text, const std::string& path, const Sti
 std::vector<StitchParameter> draft_parameters(const Weave& weave) {
   std::vector<StitchParameter> parameters{slack_parameter()};
   const int kind = find_yarn_kind("cotton").value();
-  append(parameters, common_parameters(kind));
+  append(parameters, stitch_parameters(kind));
   for (const auto& [prefix, yarns] : {std::pair("warp_", &weave.warp), std::pair("weft_", &weave.weft)}) {
-    append(parameters, shared_parameters(prefix, kind));
+    append(parameters, yarn_kind_parameters(prefix, kind));
     append_yarn(parameters, prefix, kind, 10, yarns->front());
   }
   return parameters;
@@ -410,13 +411,14 @@ std::vector<StitchParameter> draft_parameters(const Weave& weave) {
 Weave corner_of(const Weave& weave, std::size_t yarns) {
   Weave corner = weave;
   for (auto [all, widths] :
-       {std::pair(&corner.warp, &corner.warp_mm), std::pair(&corner.weft, &corner.weft_mm)}) {
+       {std::pair(&corner.warp, &corner.warp_spacing_mm), std::pair(&corner.weft, &corner.weft_spacing_mm)}) {
     all->resize(std::min(all->size(), yarns));
     widths->resize(all->size());
   }
   corner.warp_is_over.clear();
   for (std::size_t j = 0; j < corner.weft.size(); ++j)
-    for (std::size_t i = 0; i < corner.warp.size(); ++i) corner.warp_is_over.push_back(weave.over(i, j));
+    for (std::size_t i = 0; i < corner.warp.size(); ++i)
+      corner.warp_is_over.push_back(weave.is_warp_over(i, j));
   return corner;
 }
 
@@ -424,14 +426,14 @@ Weave corner_of(const Weave& weave, std::size_t yarns) {
 /// factor.
 double thin_as_corner(Weave& weave, const std::string& name, const RelaxOptions& options,
                       const Relaxer& relaxer) {
-  const double part = relaxer(draw_weave(corner_of(weave, 12), name), options).part;
+  const double part = relaxer(draw_weave(corner_of(weave, 12), name), options).radius_fraction;
   for (auto* yarns : {&weave.warp, &weave.weft})
     for (Yarn& yarn : *yarns) yarn.radius_mm *= part;
   return part;
 }
 
 Result<FoundStitch> draft_in(const std::string& text, const std::string& path, const StitchSettings& settings,
-                             const StitchStart& start, const Relaxer& relaxer) {
+                             const StartCallback& start, const Relaxer& relaxer) {
   auto draft = value_or_throw(read_wif(text, path));
   const auto values = value_or_throw(StitchValues::create(path, draft_parameters(draft.weave), settings));
   FoundStitch found;
@@ -442,22 +444,22 @@ Result<FoundStitch> draft_in(const std::string& text, const std::string& path, c
   for (auto [prefix, yarns] :
        {std::pair("warp_", &draft.weave.warp), std::pair("weft_", &draft.weave.weft)}) {
     for (Yarn& yarn : *yarns) {
-      yarn.fibre = kind_of(values, prefix);
+      yarn.fibre_kind = kind_of(values, prefix);
       apply_flattening(values, prefix, yarn);
     }
   }
   tell_size(values, {static_cast<int>(draft.weave.warp.size()), static_cast<int>(draft.weave.weft.size())},
             found.min_texels, true, draw_weave(draft.weave, name), start);
   constexpr std::size_t finely_relaxed = 144;  // crossings
-  options.rough = draft.weave.warp_is_over.size() > finely_relaxed;
-  double thickness = options.rough ? thin_as_corner(draft.weave, name, options, relaxer) : 1;
+  options.is_rough = draft.weave.warp_is_over.size() > finely_relaxed;
+  double thickness = options.is_rough ? thin_as_corner(draft.weave, name, options, relaxer) : 1;
   const StitchPattern drawn = draw_weave(draft.weave, name);
   // Relaxation makes thick yarns thinner.
   value_or_throw(validate(drawn, path, {.radius_periods = 8}));
-  if (relaxation_work(drawn, options.rough) > max_relaxation_work)
+  if (relaxation_work(drawn, options.is_rough) > max_relaxation_work)
     return fail(Code::stitch_invalid, path, "", too_much_work);
-  Relaxed result = relaxer(drawn, options);
-  thickness *= result.part;
+  RelaxResult result = relaxer(drawn, options);
+  thickness *= result.radius_fraction;
   found.pattern = std::move(result.pattern);
   value_or_throw(validate(found.pattern, path));
   apply_woven_settings(values, draft.weave.warp.size(), found.pattern);
@@ -469,7 +471,7 @@ Result<FoundStitch> draft_in(const std::string& text, const std::string& path, c
 
 FoundStitch described_in(const std::string& text, const std::string& path, const StitchSettings& settings) {
   auto pattern = value_or_throw(read_stitch(text, path));
-  const auto values = value_or_throw(StitchValues::create(path, common_parameters(), settings));
+  const auto values = value_or_throw(StitchValues::create(path, stitch_parameters(), settings));
   for (Yarn& yarn : pattern.yarns) {
     apply_flattening(values, "", yarn);
     apply_settings(values, "", shorter_period(pattern), yarn);
@@ -478,7 +480,7 @@ FoundStitch described_in(const std::string& text, const std::string& path, const
   FoundStitch found{.pattern = std::move(pattern)};
   const auto clearance = value_or_throw(minimum_clearance(found.pattern, path));
   constexpr double much = 0.1;  // of a radius
-  const double overlap = -clearance / thinnest_of(found.pattern);
+  const double overlap = -clearance / min_half_thickness(found.pattern);
   if (overlap > much) {
     found.remarks.push_back(
         fmt::format("yarns overlap by {:.2f} of their radius: more than {} shows", overlap, much));
@@ -503,9 +505,9 @@ const BuiltIn* built_in(const std::string& name) {
 
 /// The text in a file. Throws Failure.
 std::string text_in(const std::string& path) {
-  const auto text = read_file(path, std::max(max_wif_text, max_stitch_text));
-  if (text && !foreign_kind(*text).empty())
-    throw Failure{{Code::stitch_invalid, path, "", std::string(foreign_kind(*text))}};
+  const auto text = read_file(path, std::max(max_wif_bytes, max_stitch_bytes));
+  if (text && !foreign_file_message(*text).empty())
+    throw Failure{{Code::stitch_invalid, path, "", std::string(foreign_file_message(*text))}};
   if (text || text.error().code != Code::file_missing) return value_or_throw(text);
   std::string names;
   for (const BuiltIn& stitch : library()) names += (names.empty() ? "" : ", ") + stitch.info.name;
@@ -514,7 +516,7 @@ std::string text_in(const std::string& path) {
 }
 
 Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSettings& settings,
-                                 const StitchStart& start, const Relaxer& relaxer) {
+                                 const StartCallback& start, const Relaxer& relaxer) {
   if (const BuiltIn* stitch = built_in(name_or_path)) return relaxed(*stitch, settings, relaxer);
   const std::string text = text_in(name_or_path);
   const Text kind = kind_of(text, name_or_path);
@@ -522,7 +524,7 @@ Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSe
                           ? value_or_throw(draft_in(text, name_or_path, settings, start, relaxer))
                       : kind == Text::chart ? chart_in(text, name_or_path, settings, start, relaxer)
                                             : described_in(text, name_or_path, settings);
-  found.text = text;
+  found.file_text = text;
   return found;
 }
 
@@ -535,12 +537,12 @@ StitchInfo info_of(const std::string& name_or_path) {
     return {name_or_path, draft.title, draft_parameters(draft.weave)};
   }
   if (kind == Text::description)
-    return {name_or_path, value_or_throw(read_stitch(text, name_or_path)).name, common_parameters()};
+    return {name_or_path, value_or_throw(read_stitch(text, name_or_path)).name, stitch_parameters()};
   auto chart = value_or_throw(read_chart(text, name_or_path));
   BuiltIn stitch = stitch_of(chart, name_or_path);
   for (StitchParameter& parameter : stitch.info.parameters)
     if (const auto set = stitch.settings.find(parameter.name); set != stitch.settings.end())
-      parameter.value = set->second;
+      parameter.default_value = set->second;
   return stitch.info;
 }
 
@@ -553,13 +555,14 @@ std::vector<StitchInfo> built_in_stitches() {
 }
 
 Result<StitchInfo> describe_stitch(const std::string& name_or_path) {
-  return result_of([&] { return info_of(name_or_path); });
+  return catch_failure([&] { return info_of(name_or_path); });
 }
 
 nlohmann::ordered_json to_json(const StitchInfo& info) {
   auto list = nlohmann::ordered_json::array();
   for (const StitchParameter& p : info.parameters) {
-    list.push_back({{"name", p.name}, {"value", p.value}, {"range", {p.min, p.max}}, {"meaning", p.meaning}});
+    list.push_back(
+        {{"name", p.name}, {"value", p.default_value}, {"range", {p.min, p.max}}, {"meaning", p.meaning}});
     const auto is_for = [&](const YarnMember& member) { return p.name.ends_with(member.name); };
     if (std::ranges::any_of(yarn_members(), is_for) || p.name.ends_with("flattening"))
       list.back()["byKind"] = true;
@@ -568,12 +571,12 @@ nlohmann::ordered_json to_json(const StitchInfo& info) {
 }
 
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings,
-                                const StitchStart& start, const Relaxer& relaxer) {
-  return result_of([&] { return stitch_named(name_or_path, settings, start, relaxer); });
+                                const StartCallback& start, const Relaxer& relaxer) {
+  return catch_failure([&] { return stitch_named(name_or_path, settings, start, relaxer); });
 }
 
 Result<FoundStitch> find_stitch(const StitchEntry& entry, const StitchSettings& settings) {
-  return result_of([&] { return value_or_throw(relaxed(built_in_of(entry), settings, relax)); });
+  return catch_failure([&] { return value_or_throw(relaxed(built_in_of(entry), settings, relax)); });
 }
 
 }  // namespace selvedge

@@ -16,7 +16,8 @@ struct StitchInfo {
   std::string name;
   std::string description;  ///< one line
   std::vector<StitchParameter> parameters;
-  double cover = 0;  ///< fraction of the area that its yarns cover seen along the normal, at the defaults
+  double cover_fraction =
+      0;  ///< fraction of the area that its yarns cover seen along the normal, at the defaults
 };
 
 /// A built-in stitch, all of it: a chart, or the drawdown of a weave of two kinds of yarn.
@@ -27,9 +28,9 @@ struct StitchEntry {
     V3f albedo;
   };
   std::string name;
-  std::string description;  ///< one line
-  double cover = 0;         ///< as in StitchInfo; a test compares it with textile_numbers()
-  std::string chart{};      ///< of a knit (spec/chart.md), without a name
+  std::string description;    ///< one line
+  double cover_fraction = 0;  ///< as in StitchInfo; a test compares it with textile_numbers()
+  std::string chart_text{};   ///< of a knit (spec/chart.md), without a name
   struct {
     std::vector<std::string> rows;  ///< from the top; #: warp over weft
     std::string fibre;              ///< of all yarns (fibres.h)
@@ -55,31 +56,31 @@ struct FoundStitch {
   V2i min_texels{1, 1};                ///< of a fabric that resolves every yarn; 1: no minimum
   double thickness_fraction = 1;       ///< thickness of its yarns, as a fraction of the stated one
   int repeats = 1;                     ///< of the stitch, each way, that the pattern holds
-  int stitches = 0;                    ///< of a knit, in the pattern
+  int stitch_count = 0;                ///< of a knit, in the pattern
   int wales = 0;                       ///< the same: columns of stitches
   std::vector<std::string> remarks{};  ///< choices, omissions and faults, one line each
-  std::string text{};                  ///< of its file; empty of a built-in stitch
+  std::string file_text{};             ///< of its file; empty of a built-in stitch
 };
 
 /// A chart or draft that has been read, before its yarns come to rest.
 struct StitchSize {
-  int cells = 1;  ///< stitches, or crossings of a warp and a weft, with its repeats
-  bool woven = false;
+  int crossing_count = 1;  ///< stitches, or crossings of a warp and a weft, with its repeats
+  bool is_woven = false;
   V2i min_texels{1, 1};  ///< as in FoundStitch
   int repeats = 1;
-  double radii = 0;  ///< length of all plies, in radii of their yarns
+  double length_radii = 0;  ///< length of all plies, in radii of their yarns
 };
 /// May throw Failure, which refuses the stitch.
-using StitchStart = std::function<void(const StitchSize&)>;
+using StartCallback = std::function<void(const StitchSize&)>;
 /// relax(), or what takes its place: a rougher one, or its memory.
-using Relaxer = std::function<Relaxed(const StitchPattern&, const RelaxOptions&)>;
+using Relaxer = std::function<RelaxResult(const StitchPattern&, const RelaxOptions&)>;
 
 /// A built-in stitch by its name, or else the stitch description (.json), the weaving draft (.wif) or the
 /// knitting chart (.txt) in a file. Refuses other names (stitch_unknown), and settings that the stitch does
 /// not have, that are out of range, or whose yarns have no room at their gauge (option_out_of_range).
 /// `start` is called for charts and drafts.
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings = {},
-                                const StitchStart& start = {}, const Relaxer& relaxer = relax);
+                                const StartCallback& start = {}, const Relaxer& relaxer = relax);
 
 /// The stitch of an entry, as find_stitch() of its name would give it if it were in the table.
 Result<FoundStitch> find_stitch(const StitchEntry& entry, const StitchSettings& settings = {});

@@ -199,7 +199,7 @@ class Marcher {
 
   int add(const V3d& position, int original) {
     surface_.positions.push_back(position);
-    surface_.original.push_back(original);
+    surface_.source_vertex.push_back(original);
     return static_cast<int>(surface_.positions.size()) - 1;
   }
 
@@ -243,7 +243,7 @@ std::span<const std::array<int, 3>> triangles_of(unsigned inside) {
   return cases[inside & 255U];
 }
 
-MarchedSurface march(const MarchingGrid& grid, const std::function<double(const V3d&)>& function) {
+MarchedSurface marching_cubes(const MarchingGrid& grid, const std::function<double(const V3d&)>& function) {
   return Marcher(grid, function).run();
 }
 

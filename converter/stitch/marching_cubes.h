@@ -26,7 +26,7 @@ struct MarchedSurface {
   std::vector<V3d> positions;
   /// Per vertex: the vertex on the wall x = 0 or y = 0 of which it is a copy (itself elsewhere). A copy has
   /// the same bits in each coordinate, except those that are exactly the period instead of 0.
-  std::vector<int> original;
+  std::vector<int> source_vertex;
   /// Counter-clockwise seen from outside (where the function is positive), with three different vertices.
   std::vector<V3i> triangles;
 };
@@ -38,7 +38,7 @@ constexpr double edge_margin = 0.01;
 /// Polygonises function < 0. The function is evaluated within one period only; values at the far walls are
 /// those at 0. The surface is left open at the lowest and the highest plane of the grid. Precondition: at
 /// least one cell each way, fewer than 2^24 grid points.
-MarchedSurface march(const MarchingGrid& grid, const std::function<double(const V3d&)>& function);
+MarchedSurface marching_cubes(const MarchingGrid& grid, const std::function<double(const V3d&)>& function);
 
 /// The triangles of one of the 256 cases: bit c of `inside` is corner c, at (c & 1, c >> 1 & 1, c >> 2 & 1).
 /// Three edges each, counter-clockwise from outside. Edge e runs along axis e / 4 from

@@ -33,7 +33,7 @@ constexpr YarnMember member(const char* name, double min, double max, bool limit
 
 template <auto Member>
 constexpr YarnMember gloss_member(const char* name, double min, const char* meaning, double max = 1) {
-  constexpr auto get = [](const Yarn& yarn) { return shortest(yarn.gloss.*Member); };
+  constexpr auto get = [](const Yarn& yarn) { return shortest_decimal(yarn.gloss.*Member); };
   constexpr auto set = [](Yarn& yarn, double value) { yarn.gloss.*Member = static_cast<float>(value); };
   return {name, min, max, false, meaning, get, set};
 }
@@ -65,7 +65,8 @@ Result<StitchValues> StitchValues::create(const std::string& stitch,
                                           const StitchSettings& settings) {
   StitchValues values;
   values.settings_ = settings;
-  for (const StitchParameter& parameter : parameters) values.values_[parameter.name] = parameter.value;
+  for (const StitchParameter& parameter : parameters)
+    values.values_[parameter.name] = parameter.default_value;
   for (const auto& [name, given] : settings) {
     const auto refuse = [&, &n = name](std::string why) {
       return fail(Code::option_out_of_range, stitch, "--set " + n, std::move(why));
@@ -76,8 +77,8 @@ Result<StitchValues> StitchValues::create(const std::string& stitch,
       for (const StitchParameter& parameter : parameters) names.push_back(parameter.name);
       return refuse(fmt::format("no such parameter (there are {})", fmt::join(names, ", ")));
     }
-    if (given.size() != known->value.size())
-      return refuse(fmt::format("takes {} numbers, not {}", known->value.size(), given.size()));
+    if (given.size() != known->default_value.size())
+      return refuse(fmt::format("takes {} numbers, not {}", known->default_value.size(), given.size()));
     for (const double number : given) {
       if (!(number >= known->min && number <= known->max))
         return refuse(fmt::format("must lie in {} to {}, is {}", known->min, known->max, number));
@@ -89,7 +90,7 @@ Result<StitchValues> StitchValues::create(const std::string& stitch,
   return values;
 }
 
-double shortest(float value) { return std::strtod(fmt::format("{}", value).c_str(), nullptr); }
+double shortest_decimal(float value) { return std::strtod(fmt::format("{}", value).c_str(), nullptr); }
 
 int kind_of(const StitchValues& values, const std::string& prefix) {
   const std::string own = prefix + yarn_parameter;
@@ -97,7 +98,7 @@ int kind_of(const StitchValues& values, const std::string& prefix) {
   return static_cast<int>(values.number(of_all ? yarn_parameter : own));
 }
 
-std::optional<V3d> linear_of(const std::string& colour) {
+std::optional<V3d> linear_colour(const std::string& colour) {
   if (colour.size() != 7 || colour[0] != '#') return std::nullopt;
   V3d linear;
   for (int i = 0; i < 3; ++i) {
@@ -121,7 +122,7 @@ bool parse_setting(const std::string& text, StitchSettings& settings) {
     settings[name] = {static_cast<double>(*kind)};
     return true;
   }
-  if (const auto colour = linear_of(value)) {
+  if (const auto colour = linear_colour(value)) {
     settings[name] = {colour->x, colour->y, colour->z};
     return true;
   }
@@ -137,24 +138,24 @@ void set_kind(int index, const std::string& prefix, double shorter_mm, Yarn& yar
   set_fibre(index, yarn);
   if (!single) yarn.packing = knit_packing;
   yarn.plies = single ? 1 : kind.plies;
-  yarn.twist_per_mm = twist_for(single ? kind.fibre_degrees : kind.twist_degrees, yarn.radius_mm);
+  yarn.twist_per_mm = twist_of_angle(single ? kind.fibre_degrees : kind.twist_degrees, yarn.radius_mm);
   yarn.fibre_degrees = single ? 0 : kind.fibre_degrees;
   yarn.hairiness = kind.hairiness;
   // A hundredth less than fits: the period may be rounded.
-  yarn.hair_mm = std::min(kind.hair_radii * yarn.radius_mm, 0.99 * shorter_mm / max_hair);
+  yarn.hair_mm = std::min(kind.hair_length_radii * yarn.radius_mm, 0.99 * shorter_mm / max_hair_length_ratio);
   yarn.hair_loops = kind.hair_loops;
   yarn.irregularity = kind.irregularity;
   yarn.melange = kind.melange;
 }
 
-double twist_for(double degrees, double radius_mm) {
+double twist_of_angle(double degrees, double radius_mm) {
   return std::tan(degrees * std::numbers::pi / 180) / (2 * std::numbers::pi * radius_mm);
 }
 
 void set_fibre(int kind, Yarn& yarn) {
-  yarn.fibre = kind;
+  yarn.fibre_kind = kind;
   if (kind == 0) return;
-  yarn.gloss.weight = static_cast<float>(surface_reflectance(yarn_kinds()[kind].refraction));
+  yarn.gloss.weight = static_cast<float>(surface_reflectance(yarn_kinds()[kind].refractive_index));
   yarn.gloss.roughness = static_cast<float>(yarn_kinds()[kind].roughness);
   // By explicit fibres (docs/yarn.md): the mirrored and the returned light of satin, weaves and knits.
   yarn.gloss.lustre = 1 - 1.4F * yarn.gloss.roughness;
@@ -162,12 +163,12 @@ void set_fibre(int kind, Yarn& yarn) {
   yarn.packing = yarn_kinds()[kind].packing;
 }
 
-std::vector<StitchParameter> shared_parameters(const std::string& prefix, int kind) {
+std::vector<StitchParameter> yarn_kind_parameters(const std::string& prefix, int kind) {
   const auto last = static_cast<double>(yarn_kinds().size() - 1);
   return {{prefix + yarn_parameter, {1.0 * kind}, 0, last, "kind of yarn: " + yarn_kind_names(), true},
           {prefix + flattening_parameter,
            {1},
-           shortest(min_flattening),
+           shortest_decimal(min_flattening),
            1,
            "thickness over width of its section, 1: round; not set, 0.6 in knits, woven yarn's by its kind"}};
 }
@@ -181,8 +182,8 @@ void apply_flattening(const StitchValues& values, const std::string& prefix, Yar
   if (woven(prefix)) yarn.flattening = yarn_kinds()[kind_of(values, prefix)].flattening;
 }
 
-std::vector<StitchParameter> common_parameters(int kind) {
-  std::vector<StitchParameter> parameters = shared_parameters("", kind);
+std::vector<StitchParameter> stitch_parameters(int kind) {
+  std::vector<StitchParameter> parameters = yarn_kind_parameters("", kind);
   parameters.push_back(
       {colour_parameter, {0.5, 0.5, 0.5}, 0, 1, "of all yarns: #rrggbb, or linear red, green, blue"});
   parameters.push_back({"seed", {1}, 0, max_seed, "of fibres, hairs and irregularity", true});
@@ -202,13 +203,13 @@ std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Ya
   return parameters;
 }
 
-std::optional<double> radius_by_count(const StitchValues& values, const std::string& prefix) {
+std::optional<double> radius_from_tex(const StitchValues& values, const std::string& prefix) {
   if (!values.is_set(prefix + "tex")) return std::nullopt;
   const int kind = kind_of(values, prefix);
   const std::string packing = prefix + "packing";
   return radius_of_tex(values.number(prefix + "tex"), kind,
                        values.is_set(packing) ? values.number(packing)
-                       : woven(prefix)        ? fibre_of(kind).packing
+                       : woven(prefix)        ? fibre_or_default(kind).packing
                                               : knit_packing);
 }
 

@@ -14,8 +14,8 @@ namespace selvedge {
 
 struct StitchParameter {
   std::string name;
-  std::vector<double> value;  ///< the default: one number, or three for a colour
-  double min = 0;             ///< range of every number
+  std::vector<double> default_value;  ///< the default: one number, or three for a colour
+  double min = 0;                     ///< range of every number
   double max = 1;
   std::string meaning;  ///< one line
   bool whole = false;   ///< whole numbers only
@@ -51,10 +51,10 @@ class StitchValues {
 };
 
 /// The double with the shortest decimal form that is the same float: 0.1F becomes 0.1, not 0.10000000149.
-double shortest(float value);
+double shortest_decimal(float value);
 
 /// "#rrggbb", sRGB-coded, as linear red, green, blue; nothing for other texts.
-std::optional<V3d> linear_of(const std::string& colour);
+std::optional<V3d> linear_colour(const std::string& colour);
 
 /// Reads "name=1.5", "name=0.5,0.4,0.3", "name=#aa3322" and "yarn=wool" (also "warp_yarn=wool": a name that
 /// ends in "yarn" takes a kind); false for anything else.
@@ -65,7 +65,7 @@ struct YarnMember {
   const char* name;
   double min;  ///< of the parameter
   double max;
-  bool limits;  ///< the range holds for every pattern
+  bool is_hard_range;  ///< the range holds for every pattern
   const char* meaning;
   double (*get)(const Yarn&);
   void (*set)(Yarn&, double);
@@ -74,7 +74,7 @@ struct YarnMember {
 std::span<const YarnMember> yarn_members();
 
 /// Turns per mm whose outermost fibres or plies lean by this angle to the yarn, in -90 to 90.
-double twist_for(double degrees, double radius_mm);
+double twist_of_angle(double degrees, double radius_mm);
 
 /// Spins a yarn of this kind's fibre, with its gloss and transmission; 0 (tube): only takes the fibre away.
 void set_fibre(int kind, Yarn& yarn);
@@ -84,12 +84,12 @@ void set_fibre(int kind, Yarn& yarn);
 void set_kind(int kind, const std::string& prefix, double shorter_mm, Yarn& yarn);
 
 /// Settings of a whole stitch: `yarn`, by default of this kind, `flattening`, `colour`, `seed`, `repeats`.
-std::vector<StitchParameter> common_parameters(int kind = 0);
+std::vector<StitchParameter> stitch_parameters(int kind = 0);
 
 /// Parameters of one yarn, without its radius and its kind: `albedo` with this prefix, and so on.
 std::vector<StitchParameter> yarn_parameters(const std::string& prefix, const Yarn& yarn);
 /// Kind and flattening of the yarn with this prefix: of stitches of several yarns, beside those for all.
-std::vector<StitchParameter> shared_parameters(const std::string& prefix, int kind);
+std::vector<StitchParameter> yarn_kind_parameters(const std::string& prefix, int kind);
 
 /// Flattening: the setting, else the default of the woven yarn's kind.
 void apply_flattening(const StitchValues& values, const std::string& prefix, Yarn& yarn);
@@ -98,7 +98,7 @@ void apply_flattening(const StitchValues& values, const std::string& prefix, Yar
 int kind_of(const StitchValues& values, const std::string& prefix);
 
 /// Radius of the yarn with this prefix by its count (`tex`, `packing` and kind), where that is set.
-std::optional<double> radius_by_count(const StitchValues& values, const std::string& prefix);
+std::optional<double> radius_from_tex(const StitchValues& values, const std::string& prefix);
 
 /// Applies the kind of yarn first (set_kind()), then the settings with the prefix, or else the settings of
 /// all yarns.

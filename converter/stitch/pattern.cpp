@@ -52,18 +52,18 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
     return refuse("/twist_per_mm", fmt::format("{} turns per mm are more than {} per radius of {} mm",
                                                yarn.twist_per_mm, max_twist, yarn.radius_mm));
   }
-  if (yarn.fibre < 0 || yarn.fibre >= static_cast<int>(yarn_kinds().size()))
-    return refuse("/fibre", fmt::format("there is no fibre {}", yarn.fibre));
+  if (yarn.fibre_kind < 0 || yarn.fibre_kind >= static_cast<int>(yarn_kinds().size()))
+    return refuse("/fibre", fmt::format("there is no fibre {}", yarn.fibre_kind));
   for (const YarnMember& m : yarn_members()) {
     const double value = m.get(yarn);
-    if (!m.limits || (value >= m.min && value <= m.max)) continue;
+    if (!m.is_hard_range || (value >= m.min && value <= m.max)) continue;
     return refuse(fmt::format("/{}", m.name),
                   fmt::format("{} must lie in [{}, {}], is {}", m.name, m.min, m.max, value));
   }
-  if (yarn.hairiness > 0 && !(yarn.hair_mm > 0 && max_hair * yarn.hair_mm <= shorter)) {
+  if (yarn.hairiness > 0 && !(yarn.hair_mm > 0 && max_hair_length_ratio * yarn.hair_mm <= shorter)) {
     return refuse("/hair_mm", fmt::format("hairs of {} mm on average, the longest {} times as long, must be "
                                           "longer than 0 and no longer than the shorter period {} mm",
-                                          yarn.hair_mm, max_hair, shorter));
+                                          yarn.hair_mm, max_hair_length_ratio, shorter));
   }
   if (yarn.segments.empty()) return refuse("/segments", "the yarn has no segments");
   for (std::size_t s = 0; s < yarn.squeezes.size(); ++s) {
@@ -129,19 +129,19 @@ Result<void> validate(const StitchPattern& pattern, const std::string& file, con
   return {};
 }
 
-V2i turns_of(const Yarn& yarn, const V2d& period_mm) {
+V2i chain_periods(const Yarn& yarn, const V2d& period_mm) {
   const V2d turns = turns_unrounded(yarn, period_mm);
   return {static_cast<int>(std::lround(turns.x)), static_cast<int>(std::lround(turns.y))};
 }
 
-StitchPattern repeated(const StitchPattern& pattern, int count) {
+StitchPattern repeat_pattern(const StitchPattern& pattern, int count) {
   if (count == 1) return pattern;
   StitchPattern result = pattern;
   result.period_mm *= count;
   result.yarns.clear();
   const auto wrapped = [&](int repeat) { return (repeat % count + count) % count; };
   for (const Yarn& yarn : pattern.yarns) {
-    const V2i turns = turns_of(yarn, pattern.period_mm);
+    const V2i turns = chain_periods(yarn, pattern.period_mm);
     const int passes = count / std::gcd(count, std::gcd(turns.x, turns.y));
     std::vector<bool> is_laid(static_cast<std::size_t>(count) * count, false);
     for (int start = 0; start < count * count; ++start) {

@@ -31,17 +31,17 @@ struct Yarn {
   /// next repeat.
   double twist_per_mm = 0;
   /// Its material: an index into yarn_kinds() (fibres.h); 0: a smooth tube.
-  int fibre = 0;
+  int fibre_kind = 0;
   /// Angle between the fibres at a ply's surface and the ply, 0 to 60, of the other hand than the twist.
   double fibre_degrees = 0;
   double hairiness = 0;   ///< mm of hair a mm of yarn, 0 to 100
-  double hair_mm = 0;     ///< mean length of a hair; the longest is max_hair times as long
+  double hair_mm = 0;     ///< mean length of a hair; the longest is max_hair_length_ratio times as long
   double hair_loops = 0;  ///< fraction of hairs that return into the yarn, in [0, 1]
   double packing = 0.5;   ///< fraction of fibre in its section: weighs, and is not seen
   /// How much thickness and colour vary along the yarn, as root mean square of the change, 0 to 0.3.
   double irregularity = 0;
   /// How much the colours of its strands of fibres differ, as root mean square of the change, 0 to 0.4.
-  double melange = static_cast<double>(usual_contrast);
+  double melange = static_cast<double>(default_contrast);
   double marl = 0;  ///< YarnStrands::marl
   /// Fraction of the diffuse light that goes through the wall of a ply rather than back, in [0, 1].
   double transmission = 0;
@@ -92,11 +92,11 @@ Result<void> validate(const StitchPattern& pattern, const std::string& file, con
 
 /// Whole periods from the start of the yarn's chain to its end; (0, 0): a ring. Precondition: a valid
 /// pattern.
-V2i turns_of(const Yarn& yarn, const V2d& period_mm);
+V2i chain_periods(const Yarn& yarn, const V2d& period_mm);
 
 /// The same cloth with a period of `count` times as much each way: what varies by its seed along yarns and
 /// between them repeats less often. A yarn that runs through one repeat runs through `count` of them, or
 /// becomes several. Precondition: a valid pattern, count >= 1.
-StitchPattern repeated(const StitchPattern& pattern, int count);
+StitchPattern repeat_pattern(const StitchPattern& pattern, int count);
 
 }  // namespace selvedge

@@ -53,7 +53,7 @@ V3d vector3(const Json& value, const std::string& place) {
 V3f albedo_of(const Json& json, const std::string& place) {
   if (!json.is_object() || !json.contains("colour") || json.contains("albedo"))
     return V3f(vector3(member(json, place, "albedo"), place + "/albedo"));
-  const auto colour = linear_of(text_of(json["colour"], place + "/colour"));
+  const auto colour = linear_colour(text_of(json["colour"], place + "/colour"));
   if (!colour) refuse_text(place + "/colour", "must be of the form #rrggbb");
   return V3f(*colour);
 }
@@ -82,7 +82,7 @@ Yarn yarn_of(const Json& json, const std::string& place) {
     const double degrees = optional("twist_degrees", 0);
     if (!(std::abs(degrees) < 90))
       refuse_text(place + "/twist_degrees", fmt::format("must lie between -90 and 90, is {}", degrees));
-    yarn.twist_per_mm = twist_for(degrees, yarn.radius_mm);
+    yarn.twist_per_mm = twist_of_angle(degrees, yarn.radius_mm);
   }
   yarn.flattening = optional("flattening", yarn.flattening);
   const Json& segments = array_of(member(json, place, "segments"), place + "/segments", 0);
@@ -130,9 +130,9 @@ StitchPattern pattern_of(const Json& json) {
 }  // namespace
 
 Result<StitchPattern> read_stitch(std::string_view text, const std::string& file) {
-  if (text.size() > max_stitch_text) {
+  if (text.size() > max_stitch_bytes) {
     return fail(Code::file_too_large, file, "",
-                fmt::format("{} bytes, a stitch description has at most {}", text.size(), max_stitch_text));
+                fmt::format("{} bytes, a stitch description has at most {}", text.size(), max_stitch_bytes));
   }
   try {
     return reading(file, [&] {
@@ -141,9 +141,9 @@ Result<StitchPattern> read_stitch(std::string_view text, const std::string& file
       return pattern;
     });
   } catch (const Json::parse_error& error) {
-    return fail(Code::json_malformed, file, line_of(text, error.byte), reason_of(error));
+    return fail(Code::json_malformed, file, line_and_column(text, error.byte), exception_message(error));
   } catch (const Json::exception& error) {  // e.g. a number beyond double
-    return fail(Code::json_malformed, file, "", reason_of(error));
+    return fail(Code::json_malformed, file, "", exception_message(error));
   }
 }
 
@@ -158,15 +158,16 @@ std::string to_json(const StitchPattern& pattern) {
     OrderedJson out;
     out["name"] = yarn.name;
     out["radius_mm"] = yarn.radius_mm;
-    out["albedo"] = {shortest(yarn.albedo.x), shortest(yarn.albedo.y), shortest(yarn.albedo.z)};
-    if (yarn.fibre != 0) out["fibre"] = yarn_kinds()[yarn.fibre].name;
-    const bool glossy = yarn.gloss.weight > 0 || yarn.fibre != 0;
+    out["albedo"] = {shortest_decimal(yarn.albedo.x), shortest_decimal(yarn.albedo.y),
+                     shortest_decimal(yarn.albedo.z)};
+    if (yarn.fibre_kind != 0) out["fibre"] = yarn_kinds()[yarn.fibre_kind].name;
+    const bool glossy = yarn.gloss.weight > 0 || yarn.fibre_kind != 0;
     for (const YarnMember& m : yarn_members()) {
       const std::string name = m.name;
       const double value = m.get(yarn);
       const bool of_fibre = name == "transmission" || name == "packing" || name == "lustre";
       const bool of_hairs = name == "hair_mm" || name == "hair_loops";
-      bool said = value != m.get(Yarn()) || (of_fibre && yarn.fibre != 0);
+      bool said = value != m.get(Yarn()) || (of_fibre && yarn.fibre_kind != 0);
       if (name == "gloss" || name == "roughness") said = glossy;
       if (!said || (of_hairs && yarn.hairiness == 0)) continue;
       out[name] = m.whole ? OrderedJson(static_cast<int>(value)) : OrderedJson(value);

@@ -10,7 +10,7 @@
 namespace selvedge {
 
 /// Largest text that is read, bytes.
-constexpr std::size_t max_stitch_text = 16U << 20U;
+constexpr std::size_t max_stitch_bytes = 16U << 20U;
 
 /// Parses and validates. Refuses malformed JSON (place: line and column), wrong types and missing members
 /// (place: JSON pointer), other versions, and invalid patterns (validate()). `file` is for the message.

@@ -12,7 +12,7 @@ std::vector<V3d> resampled(const RelaxChain& chain, std::size_t count) {
   double walked = 0;
   for (std::size_t i = 0; i < chain.points.size() && points.size() < count; ++i) {
     const V3d a = chain.points[i];
-    const V3d b = chain.next(i);
+    const V3d b = chain.next_point(i);
     const double length = (b - a).length();
     while (points.size() < count && static_cast<double>(points.size()) * step <= walked + length) {
       const double part = (static_cast<double>(points.size()) * step - walked) / std::max(length, 1e-300);
@@ -38,7 +38,7 @@ void smooth(RelaxChain& chain, double time, double bending) {
     before = std::exchange(pivot, 1 + 2 * pull + 6 * bend - near * near * pivot - far * far * before);
   }
   // The periodic part: the offset from the straight line between one repeat and the next.
-  const V3d step = chain.way / static_cast<double>(count);
+  const V3d step = chain.period_offset / static_cast<double>(count);
   for (std::size_t i = 0; i < count; ++i) chain.points[i] -= step * static_cast<double>(i);
   std::vector<V3d> swept(count);
   const auto sweep = [&](const std::vector<V3d>& from, std::vector<V3d>& to, bool back) {

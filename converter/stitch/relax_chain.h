@@ -10,27 +10,29 @@ namespace selvedge {
 /// A yarn as a polyline. Point `size` is point 0 moved by `way`.
 struct RelaxChain {
   std::vector<V3d> points;
-  V3d way;
-  V3d across{0, 0, 0};  ///< unit, in the plane, perpendicular to `way`; zero for a ring
-  double drawn = 0;     ///< its drawn position along `across`
-  bool soft = false;
+  V3d period_offset;
+  V3d across{0, 0, 0};      ///< unit, in the plane, perpendicular to `period_offset`; zero for a ring
+  double drawn_offset = 0;  ///< its drawn position along `across`
+  bool is_soft = false;
   double radius = 0;
   double flattening = 1;
-  double pressed = 0;           ///< logarithm of its flattening
-  double wide = 0;              ///< half the width of its section, mm
-  double thin = 0;              ///< and half the thickness
-  std::vector<double> reaches;  ///< half the width by piece, mm
+  double log_flattening = 0;        ///< logarithm of its flattening
+  double half_width = 0;            ///< half the width of its section, mm
+  double half_thickness = 0;        ///< and half the thickness
+  std::vector<double> half_widths;  ///< half the width by piece, mm
   /// Logarithms of stretches across soft yarn, by piece, without trace; and squeezes.
   std::vector<Imath::M33d> strains;
   std::vector<V3d> squeezes;
-  std::size_t begin = 0;  ///< index of its first point among the points of all chains
-  double spacing = 0;     ///< of its points, mm, within a factor of two of each
+  std::size_t first_index = 0;  ///< index of its first point among the points of all chains
+  double spacing = 0;           ///< of its points, mm, within a factor of two of each
   double length() const {
     double sum = 0;
-    for (std::size_t i = 0; i < points.size(); ++i) sum += (next(i) - points[i]).length();
+    for (std::size_t i = 0; i < points.size(); ++i) sum += (next_point(i) - points[i]).length();
     return sum;
   }
-  V3d next(std::size_t i) const { return i + 1 < points.size() ? points[i + 1] : points[0] + way; }
+  V3d next_point(std::size_t i) const {
+    return i + 1 < points.size() ? points[i + 1] : points[0] + period_offset;
+  }
 };
 
 /// Points at equal distances along a chain, linear between the old ones.

@@ -53,13 +53,13 @@ double plate_height(std::vector<float> heights) {
 }  // namespace
 
 Result<TextileNumbers> textile_numbers(const StitchPattern& pattern, int stitches) {
-  return result_of([&] {
+  return catch_failure([&] {
     TextileNumbers numbers;
     double weight = 0;
     double length = 0;
     double roots = 0;
     for (const Yarn& yarn : pattern.yarns) {
-      const double tex = tex_of(yarn.radius_mm, yarn.fibre, yarn.packing);
+      const double tex = tex_of(yarn.radius_mm, yarn.fibre_kind, yarn.packing);
       double own = 0;
       for (const BezierSegment& segment : yarn.segments) own += polygon_length(segment);
       numbers.tex.push_back(tex);
@@ -67,16 +67,16 @@ Result<TextileNumbers> textile_numbers(const StitchPattern& pattern, int stitche
       roots += std::sqrt(tex) * own;
       length += own;
     }
-    numbers.weight = weight / (pattern.period_mm.x * pattern.period_mm.y);
+    numbers.weight_g_per_m2 = weight / (pattern.period_mm.x * pattern.period_mm.y);
     if (stitches > 0) numbers.tightness = roots / length * 10 * stitches / length;
     YarnData data = curves_of(pattern);
-    numbers.cover_hairs = cover_of(heights_seen({data, V2f(pattern.period_mm)}));
+    numbers.cover_fraction_with_hairs = cover_of(heights_seen({data, V2f(pattern.period_mm)}));
     for (YarnCurve& curve : data.curves) curve.hairs = {};
     const Yarns yarns(std::move(data), V2f(pattern.period_mm));
     const std::vector<float> heights = heights_seen(yarns);
     numbers.thickness_mm =
         plate_height(heights) + plate_height(heights_seen({turned_over(yarns, 0), yarns.period()}));
-    numbers.cover = cover_of(heights);
+    numbers.cover_fraction = cover_of(heights);
     return numbers;
   });
 }

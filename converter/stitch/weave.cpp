@@ -40,8 +40,8 @@ std::vector<BezierSegment> waving(const std::vector<double>& crossings,
 }  // namespace
 
 StitchPattern draw_weave(const Weave& weave, const std::string& name) {
-  const std::vector<double> x = middles_of(weave.warp_mm);
-  const std::vector<double> y = middles_of(weave.weft_mm);
+  const std::vector<double> x = middles_of(weave.warp_spacing_mm);
+  const std::vector<double> y = middles_of(weave.weft_spacing_mm);
   StitchPattern pattern;
   pattern.name = name;
   pattern.period_mm = {x.back(), y.back()};
@@ -50,7 +50,7 @@ StitchPattern draw_weave(const Weave& weave, const std::string& name) {
   for (std::size_t i = 0; i < weave.warp.size(); ++i) {
     Yarn yarn = weave.warp[i];
     const auto height_at = [&](std::size_t j) {
-      return wave * weave.weft[j].radius_mm * (weave.over(i, j) ? 1 : -1);
+      return wave * weave.weft[j].radius_mm * (weave.is_warp_over(i, j) ? 1 : -1);
     };
     yarn.segments = waving(y, height_at, [&](double along, double z) { return V3d(x[i], along, z); });
     pattern.yarns.push_back(std::move(yarn));
@@ -58,7 +58,7 @@ StitchPattern draw_weave(const Weave& weave, const std::string& name) {
   for (std::size_t j = 0; j < weave.weft.size(); ++j) {
     Yarn yarn = weave.weft[j];
     const auto height_at = [&](std::size_t i) {
-      return wave * weave.warp[i].radius_mm * (weave.over(i, j) ? -1 : 1);
+      return wave * weave.warp[i].radius_mm * (weave.is_warp_over(i, j) ? -1 : 1);
     };
     yarn.segments = waving(x, height_at, [&](double along, double z) { return V3d(along, y[j], z); });
     pattern.yarns.push_back(std::move(yarn));

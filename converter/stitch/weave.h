@@ -13,15 +13,15 @@ namespace selvedge {
 struct Weave {
   std::vector<Yarn> warp;  ///< segments are ignored
   std::vector<Yarn> weft;
-  std::vector<double> warp_mm;  ///< width of each warp yarn's lane, along x
-  std::vector<double> weft_mm;
+  std::vector<double> warp_spacing_mm;  ///< width of each warp yarn's lane, along x
+  std::vector<double> weft_spacing_mm;
   std::vector<bool> warp_is_over;  ///< at warp i and weft j: [j * warp.size() + i]
-  bool over(std::size_t i, std::size_t j) const { return warp_is_over[j * warp.size() + i]; }
+  bool is_warp_over(std::size_t i, std::size_t j) const { return warp_is_over[j * warp.size() + i]; }
 };
 
 /// The yarns of the weave, straight in the plane, waving from crossing to crossing; they do not overlap at
-/// RelaxOptions::start of their radius. Precondition: at least one yarn each way and arrays of matching
-/// sizes.
+/// RelaxOptions::start_fraction of their radius. Precondition: at least one yarn each way and arrays of
+/// matching sizes.
 StitchPattern draw_weave(const Weave& weave, const std::string& name);
 
 }  // namespace selvedge

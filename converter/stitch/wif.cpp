@@ -499,9 +499,9 @@ Weave smallest_repeat(const WifSystem& warp, const WifSystem& weft, const std::v
   const std::size_t up = repeat_of(weft, warps, 1, warps);
   Weave weave{warp.yarns, weft.yarns, warp.width_mm, weft.width_mm, {}};
   weave.warp.resize(across);
-  weave.warp_mm.resize(across);
+  weave.warp_spacing_mm.resize(across);
   weave.weft.resize(up);
-  weave.weft_mm.resize(up);
+  weave.weft_spacing_mm.resize(up);
   for (std::size_t j = 0; j < up; ++j) {
     for (std::size_t i = 0; i < across; ++i) weave.warp_is_over.push_back(over[j * warps + i]);
   }
@@ -567,12 +567,14 @@ bool is_wif(std::string_view text) {
   return false;
 }
 
-V2i texels_for(const Weave& weave) { return {texels_along(weave.warp_mm), texels_along(weave.weft_mm)}; }
+V2i texels_for(const Weave& weave) {
+  return {texels_along(weave.warp_spacing_mm), texels_along(weave.weft_spacing_mm)};
+}
 
 Result<WifDraft> read_wif(std::string_view text, const std::string& file) {
-  if (text.size() > max_wif_text) {
+  if (text.size() > max_wif_bytes) {
     return fail(Code::file_too_large, file, "",
-                fmt::format("{} bytes, a weaving draft has at most {}", text.size(), max_wif_text));
+                fmt::format("{} bytes, a weaving draft has at most {}", text.size(), max_wif_bytes));
   }
   return reading(file, [&] { return draft_of(text); });
 }

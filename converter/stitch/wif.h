@@ -12,7 +12,7 @@
 namespace selvedge {
 
 /// Largest text that is read, bytes.
-constexpr std::size_t max_wif_text = 16U << 20U;
+constexpr std::size_t max_wif_bytes = 16U << 20U;
 
 /// Limits of a draft: yarns each way, crossings, and crossings of its smallest repeat.
 constexpr int max_wif_threads = 16384;

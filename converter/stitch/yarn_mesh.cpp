@@ -44,7 +44,7 @@ int divisions_for(YarnCurve curve, std::span<const V3f> nodes, const V2f& period
                   const YarnChainOptions& options) {
   constexpr int most = 64;
   std::vector<Yarns::Segment> halves;
-  const auto radius = static_cast<double>(radius_of_plies(curve));
+  const auto radius = static_cast<double>(ply_or_yarn_radius(curve));
   for (int parts = 1; parts <= most; ++parts) {
     curve.plies.divisions = 2 * parts;
     halves.clear();
@@ -54,7 +54,7 @@ int divisions_for(YarnCurve curve, std::span<const V3f> nodes, const V2f& period
     for (std::size_t i = 0; i < halves.size() && near; i += 2) {
       const V3d half(halves[i].along);
       const V3d whole = half + V3d(halves[i + 1].along);
-      near = whole.length() <= options.max_length * radius &&
+      near = whole.length() <= options.max_length_radii * radius &&
              chord_distance(half, V3d(0), whole) <= options.max_sag * radius;
     }
     if (near) return parts;
@@ -67,9 +67,9 @@ int divisions_for(YarnCurve curve, std::span<const V3f> nodes, const V2f& period
 bool give_plies(const Yarn& yarn, const V2f& period, const YarnChainOptions& options, YarnData& data) {
   YarnCurve& curve = data.curves.back();
   const std::span nodes = std::span<const V3f>(data.nodes).last(curve.nodes);
-  const PlyCourse course = course_of_plies(yarn);
-  curve.plies = {yarn.plies, 1, course.shift, 0, {0, 0, 0}, 1};
-  const Yarns::Segment first = segments_of(curve, nodes, period).front();
+  const PlyTwist course = ply_twist_of(yarn);
+  curve.plies = {yarn.plies, 1, course.ply_shift, 0, {0, 0, 0}, 1};
+  const Yarns::Segment first = make_segments(curve, nodes, period).front();
   const V3d across(first.across[0]);
   const V3d beside = V3d(course.frames.stations.front().tangent).cross(across);
   const V3d& out = course.frames.stations.front().across;
@@ -93,13 +93,14 @@ YarnHairs hairs_for(const StitchPattern& pattern, std::size_t index, int room) {
     throw Failure{{Code::mesh_invalid, pattern.name, fmt::format("/yarns/{}/hairiness", index),
                    fmt::format("the repeat would have more than {} hairs", max_hairs)}};
   }
-  const YarnKind fibre = fibre_of(yarn.fibre);
-  hairs.count = static_cast<int>(expected + Random(mix(pattern.seed ^ mix(stream_hairs)), index).uniform());
+  const YarnKind fibre = fibre_or_default(yarn.fibre_kind);
+  hairs.count =
+      static_cast<int>(expected + Random(hash64(pattern.seed ^ hash64(stream_hairs)), index).uniform());
   if (hairs.count == 0) return hairs;
-  hairs.length = static_cast<float>(yarn.hair_mm);
-  hairs.loops = static_cast<float>(yarn.hair_loops);
+  hairs.mean_length = static_cast<float>(yarn.hair_mm);
+  hairs.loop_fraction = static_cast<float>(yarn.hair_loops);
   hairs.radius = static_cast<float>(0.5e-3 * fibre.diameter_um);
-  hairs.kept = static_cast<float>(1 - forward_fraction(fibre.refraction));
+  hairs.opacity = static_cast<float>(1 - forward_fraction(fibre.refractive_index));
   return hairs;
 }
 
@@ -128,14 +129,14 @@ bool has_many_yarns(const StitchPattern& pattern) {
   constexpr double most = 1e5;
   double surface = 0;
   for (const Yarn& yarn : pattern.yarns) surface += surface_of(yarn);
-  return surface * triangles_per_square > most * std::pow(thinnest_of(pattern) / cubes_per_radius, 2);
+  return surface * triangles_per_square > most * std::pow(min_half_thickness(pattern) / cubes_per_radius, 2);
 }
 
-/// The rule of MeshOptions::cells_across.
+/// The rule of MeshOptions::cubes_across.
 int cells_across_for(const StitchPattern& pattern, int repeats) {
   constexpr double triangles = 29000;
   const double longer = std::max(pattern.period_mm.x, pattern.period_mm.y) / repeats;
-  const double thinnest = thinnest_of(pattern);
+  const double thinnest = min_half_thickness(pattern);
   double surface = 0;
   for (const Yarn& yarn : pattern.yarns) surface += surface_of(yarn) / (repeats * repeats);
   const double step =
@@ -150,7 +151,7 @@ V3d fibre_of(const Yarn& yarn, const SurfaceSample& sample) {
   const double slope = 2 * std::numbers::pi * yarn.radius_mm * yarn.twist_per_mm;
   if (is_round(yarn)) return (sample.tangent + sample.tangent.cross(sample.gradient) * slope).normalized();
   const V3d tangent = squeezed(sample.tangent, sample.squeeze).normalized();
-  return stretched(tangent + tangent.cross(sample.round) * slope, sample.squeeze).normalized();
+  return stretched(tangent + tangent.cross(sample.round_gradient) * slope, sample.squeeze).normalized();
 }
 
 /// Strands of fibres are not drawn finer than this, in radii: finer strands are not seen apart.
@@ -158,7 +159,7 @@ constexpr double min_strand = 0.14;
 /// Length over which a strand stays at the surface, in radii.
 constexpr double strand_length = 5;
 
-double length_of(const YarnFrames& frames) { return frames.stations.back().length; }
+double length_of(const YarnFrames& frames) { return frames.stations.back().arc_length; }
 
 /// Change of rows beyond the repeat over the irregularity of their yarn (by eye).
 constexpr float change_of_irregularity = 2;
@@ -172,9 +173,10 @@ YarnStrands strands_of(const Yarn& yarn, int seed) {
   strands.seed = seed;
   strands.contrast = std::min(static_cast<float>(yarn.melange), max_contrast);
   strands.marl = std::min(static_cast<float>(yarn.marl), max_marl);
-  strands.change = std::min(change_of_irregularity * strands.irregularity, max_change);
-  if (yarn.fibre == 0) return strands;
-  const double width = std::max(1e-3 * yarn_kinds()[yarn.fibre].diameter_um, min_strand * yarn.radius_mm);
+  strands.row_variation = std::min(change_of_irregularity * strands.irregularity, max_row_variation);
+  if (yarn.fibre_kind == 0) return strands;
+  const double width =
+      std::max(1e-3 * yarn_kinds()[yarn.fibre_kind].diameter_um, min_strand * yarn.radius_mm);
   strands.count = std::clamp(static_cast<int>(std::lround(2 * std::numbers::pi * yarn.radius_mm / width)), 6,
                              max_strands);
   strands.pieces =
@@ -188,7 +190,7 @@ YarnStrands strands_of(const Yarn& yarn, int seed) {
 
 /// Chains of a yarn whose plies are no part of one curve.
 int chains_of_plies(const Yarn& yarn) {
-  return yarn.plies == 1 ? 1 : std::gcd(course_of_plies(yarn).shift, yarn.plies);
+  return yarn.plies == 1 ? 1 : std::gcd(ply_twist_of(yarn).ply_shift, yarn.plies);
 }
 
 /// Gives the curves of a pattern their strands.
@@ -215,10 +217,10 @@ void give_strands(const StitchPattern& described, const StitchPattern& laid, Yar
     chain += chains - 1;
     strands.pieces = std::max(2, strands.pieces / passes);
     strands.swells = strands.irregularity > 0 ? swells : std::max(2, strands.swells / passes);
-    const PlyCourse course = course_of_plies(yarn);
+    const PlyTwist course = ply_twist_of(yarn);
     const double length = length_of(course.frames);
     const double turns = static_cast<double>(plies.shift) / plies.count;
-    const double ply = static_cast<double>(radius_of_plies(curve));
+    const double ply = static_cast<double>(ply_or_yarn_radius(curve));
     const double climb = 2 * std::numbers::pi * turns * (static_cast<double>(curve.radius) - ply) / length;
     const double lean = static_cast<double>(curve.fibre_slope) * length / (2 * std::numbers::pi * ply);
     // The frame of the axis turns about a ply by the angle that the ply's course lacks to a flat circle.
@@ -230,7 +232,7 @@ void give_strands(const StitchPattern& described, const StitchPattern& laid, Yar
 
 bool is_varied(const StitchPattern& pattern) {
   return std::ranges::any_of(pattern.yarns, [](const Yarn& yarn) {
-    return yarn.fibre != 0 || yarn.irregularity > 0 || yarn.hairiness > 0;
+    return yarn.fibre_kind != 0 || yarn.irregularity > 0 || yarn.hairiness > 0;
   });
 }
 
@@ -244,7 +246,7 @@ YarnData stranded(const StitchPattern& described, const StitchPattern& laid) {
 /// The place on the yarn or ply whose surface is the nearest to a vertex.
 YarnPlace place_of(const V3f& vertex, const Yarns& yarns) {
   const Yarns::Grid& grid = yarns.grid();
-  const std::span<const Yarns::Segment> segments = yarns.inside().segments;
+  const std::span<const Yarns::Segment> segments = yarns.geometry().segments;
   const V2f& period = yarns.period();
   const auto cell = [&](int axis) {
     const float repeats = vertex[axis] / period[axis];
@@ -254,10 +256,10 @@ YarnPlace place_of(const V3f& vertex, const Yarns& yarns) {
   const Yarns::Cell& found = grid.cells[std::size_t{1} * cell(1) * grid.count.x + cell(0)];
   YarnHit nearest{-1, V3f(0, 0, 0)};
   float least = std::numeric_limits<float>::max();
-  for (const Yarns::Block& block : std::span(grid.blocks).subspan(found.first, found.blocks)) {
-    for (std::size_t lane = 0; lane < yarn_block; ++lane) {
+  for (const Yarns::Block& block : std::span(grid.blocks).subspan(found.first_block, found.block_count)) {
+    for (std::size_t lane = 0; lane < yarn_block_size; ++lane) {
       const Yarns::Segment& s = segments[block.segment[lane]];
-      if (!(block.radius[lane] > 0) || s.rank > 0) continue;
+      if (!(block.radius[lane] > 0) || s.hair_threshold > 0) continue;
       V3f from_start = vertex - s.start;
       for (int axis = 0; axis < 2; ++axis)
         from_start[axis] -= std::round((from_start[axis] - s.along[axis] / 2) / period[axis]) * period[axis];
@@ -273,14 +275,14 @@ YarnPlace place_of(const V3f& vertex, const Yarns& yarns) {
   if (nearest.segment < 0) return {};
   const YarnPoint point = yarns.point_at(nearest);
   const YarnCurve& curve = yarns.data().curves[point.curve];
-  return {point.curve, curve.strands.count > 0 ? point.rows.first / curve.strands.count : 0,
+  return {point.curve, curve.strands.count > 0 ? point.rows.first_row / curve.strands.count : 0,
           point.station / static_cast<float>(curve.stations),
           std::atan2(point.sine, point.cosine) / (2 * std::numbers::pi_v<float>)};
 }
 
-Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cells_across, double low, double high) {
+Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cubes_across, double low, double high) {
   const double longer = std::max(pattern.period_mm.x, pattern.period_mm.y);
-  const double step = longer / cells_across;
+  const double step = longer / cubes_across;
   const auto cells = [&](double extent) { return std::max(1.0, std::round(extent / step)); };
   const double x = cells(pattern.period_mm.x);
   const double y = cells(pattern.period_mm.y);
@@ -289,12 +291,12 @@ Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cells_across, do
     return fail(Code::option_out_of_range, pattern.name, "--grid", std::move(why));
   };
   if ((x + 1) * (y + 1) * (z + 1) >= max_grid_points) {
-    return refuse(fmt::format("{} make a grid of {:.0f} points, at most {:.0f}", cells_across,
+    return refuse(fmt::format("{} make a grid of {:.0f} points, at most {:.0f}", cubes_across,
                               (x + 1) * (y + 1) * (z + 1), max_grid_points));
   }
-  const double thinnest = thinnest_of(pattern);
+  const double thinnest = min_half_thickness(pattern);
   if (step > thinnest) {
-    return refuse(fmt::format("{} are too few for a yarn of radius {} mm, at least {:.0f}", cells_across,
+    return refuse(fmt::format("{} are too few for a yarn of radius {} mm, at least {:.0f}", cubes_across,
                               thinnest, std::ceil(longer / thinnest)));
   }
   MarchingGrid grid;
@@ -308,22 +310,22 @@ Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cells_across, do
 /// Sets `surface`.
 Result<MarchedSurface> marched(const StitchPattern& pattern, const MeshOptions& options,
                                std::optional<ImplicitSurface>& surface) {
-  const int cells_across =
-      options.cells_across ? *options.cells_across : cells_across_for(pattern, options.repeats);
-  if (cells_across < min_across || cells_across > max_across) {
+  const int cubes_across =
+      options.cubes_across ? *options.cubes_across : cells_across_for(pattern, options.repeats);
+  if (cubes_across < min_across || cubes_across > max_across) {
     return fail(Code::option_out_of_range, pattern.name, "--grid",
-                fmt::format("must lie in {} to {}, are {}", min_across, max_across, cells_across));
+                fmt::format("must lie in {} to {}, are {}", min_across, max_across, cubes_across));
   }
   // The search along an edge needs exact values up to the length of an edge.
-  const double reach = std::max(pattern.period_mm.x, pattern.period_mm.y) / cells_across * 2;
+  const double reach = std::max(pattern.period_mm.x, pattern.period_mm.y) / cubes_across * 2;
   surface = value_or_throw(ImplicitSurface::build(pattern, reach, pattern.name));
-  const auto grid = value_or_throw(grid_for(pattern, cells_across, surface->low(), surface->high()));
+  const auto grid = value_or_throw(grid_for(pattern, cubes_across, surface->z_low(), surface->z_high()));
   const double points = 1.0 * grid.cells.x * grid.cells.y * grid.cells.z;
   if (points * surface->pieces_per_point() > max_grid_distances) {
     return fail(Code::mesh_invalid, pattern.name, "/yarns",
                 "the yarns are too many and too close to each other for the grid");
   }
-  MarchedSurface marched = march(grid, [&](const V3d& p) { return surface->distance(p); });
+  MarchedSurface marched = marching_cubes(grid, [&](const V3d& p) { return surface->distance(p); });
   if (marched.triangles.empty())
     return fail(Code::mesh_empty, pattern.name, "", "the yarns enclose no grid point");
   return marched;
@@ -338,7 +340,7 @@ Hairs grow_hairs(const CellMesh& mesh) {
     V3d& middle =
         middles.emplace_back(V3d(mesh.positions[t.x]) + V3d(mesh.positions[t.y]) + V3d(mesh.positions[t.z]));
     middle /= 3.0;
-    for (int i = 0; i < 2; ++i) middle[i] = in_repeat(middle[i], mesh.period[i]);
+    for (int i = 0; i < 2; ++i) middle[i] = wrap_to_repeat(middle[i], mesh.period[i]);
   }
   const double side =
       std::sqrt(mesh.period.x * mesh.period.y / (1 + static_cast<double>(middles.size()) / 32));
@@ -356,14 +358,14 @@ Hairs grow_hairs(const CellMesh& mesh) {
   const V2f period(mesh.period);
   for_each_curve(mesh.yarns, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
     if (curve.hairs.count == 0) return;
-    for (const YarnHair& hair : hairs_of(curve, nodes, period, segments_of(curve, nodes, period))) {
+    for (const YarnHair& hair : make_hairs(curve, nodes, period, make_segments(curve, nodes, period))) {
       const V3d& root = hair.points[0];
       const V3d shift(std::floor(root.x / mesh.period.x) * mesh.period.x,
                       std::floor(root.y / mesh.period.y) * mesh.period.y, 0);
       for (const V3d& point : hair.points) hairs.points.emplace_back(point - shift);
-      hairs.roots.push_back(nearest_triangle(root - shift));
+      hairs.root_triangles.push_back(nearest_triangle(root - shift));
       hairs.radius.push_back(curve.hairs.radius);
-      hairs.passed.push_back(1 - curve.hairs.kept);
+      hairs.transparency.push_back(1 - curve.hairs.opacity);
     }
   });
   return hairs;
@@ -374,7 +376,7 @@ Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& optio
   const StitchPattern pattern = value_or_throw(lay_plies(described, described.name));
   std::optional<ImplicitSurface> surface;
   YarnTubes tubes;
-  if (!options.cells_across && has_many_yarns(pattern))
+  if (!options.cubes_across && has_many_yarns(pattern))
     tubes = tubes_of(pattern);
   else
     tubes.surface = value_or_throw(marched(pattern, options, surface));
@@ -386,30 +388,30 @@ Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& optio
   mesh.yarns = stranded(described, pattern);
   mesh.positions.reserve(marched.positions.size());
   const auto any = [&](const auto& test) { return std::ranges::any_of(pattern.yarns, test); };
-  const bool glossy = any([](const Yarn& yarn) { return yarn.gloss.weight > 0 || yarn.fibre != 0; });
+  const bool glossy = any([](const Yarn& yarn) { return yarn.gloss.weight > 0 || yarn.fibre_kind != 0; });
   const bool translucent = any([](const Yarn& yarn) { return yarn.transmission > 0; });
   const bool varied = is_varied(pattern);
   std::optional<Yarns> yarns;
   if (varied) yarns.emplace(mesh.yarns, V2f(mesh.period));
   for (std::size_t v = 0; v < marched.positions.size(); ++v) {
     mesh.positions.emplace_back(marched.positions[v]);
-    const std::size_t original = marched.original[v];
+    const std::size_t original = marched.source_vertex[v];
     if (original != v) {  // an original precedes its copies
       mesh.normals.push_back(mesh.normals[original]);
       mesh.albedo.push_back(mesh.albedo[original]);
-      if (glossy) mesh.fibres.push_back(mesh.fibres[original]);
+      if (glossy) mesh.fibre_directions.push_back(mesh.fibre_directions[original]);
       if (glossy) mesh.gloss.push_back(mesh.gloss[original]);
       if (translucent) mesh.transmission.push_back(mesh.transmission[original]);
       if (varied) mesh.places.push_back(mesh.places[original]);
       continue;
     }
-    const SurfaceSample sample = surface ? surface->sample(marched.positions[v]) : tubes.samples[v];
+    const SurfaceSample sample = surface ? surface->sample(marched.positions[v]) : tubes.vertex_samples[v];
     const Yarn& yarn = pattern.yarns[sample.yarn];
-    mesh.normals.emplace_back(sample.widening == 0
+    mesh.normals.emplace_back(sample.radius_slope == 0
                                   ? sample.gradient
-                                  : (sample.gradient - sample.tangent * sample.widening).normalized());
+                                  : (sample.gradient - sample.tangent * sample.radius_slope).normalized());
     mesh.albedo.push_back(yarn.albedo);
-    if (glossy) mesh.fibres.emplace_back(fibre_of(yarn, sample));
+    if (glossy) mesh.fibre_directions.emplace_back(fibre_of(yarn, sample));
     if (glossy) mesh.gloss.push_back(yarn.gloss);
     if (translucent) mesh.transmission.push_back(static_cast<float>(yarn.transmission));
     if (yarns) mesh.places.push_back(place_of(mesh.positions.back(), *yarns));
@@ -434,20 +436,21 @@ YarnData chains_of(const StitchPattern& pattern, const YarnChainOptions& options
     room -= curve.hairs.count;
     if (yarn.squeezes.empty()) curve.flattening = static_cast<float>(yarn.flattening);
     curve.squeezes.resize(yarn.squeezes.empty() ? 0 : 1);
-    curve.turns = turns_of(yarn, pattern.period_mm);
+    curve.turns = chain_periods(yarn, pattern.period_mm);
     curve.radius = static_cast<float>(yarn.radius_mm);
     // Albedo for the light that falls on it; light through the wall is part of its indirect light.
-    curve.albedo = V3f(wall_albedo(V3d(yarn.albedo), yarn.transmission) * (1 - yarn.transmission));
+    curve.albedo = V3f(ply_wall_albedo(V3d(yarn.albedo), yarn.transmission) * (1 - yarn.transmission));
     curve.gloss = yarn.gloss;
     const double around = 2 * std::numbers::pi * yarn.radius_mm;
-    curve.fibre_slope = static_cast<float>(
-        yarn.plies > 1 ? std::tan(lean_in_plies(yarn) * std::numbers::pi / 180) : around * yarn.twist_per_mm);
+    curve.fibre_slope =
+        static_cast<float>(yarn.plies > 1 ? std::tan(fibre_angle_in_plies(yarn) * std::numbers::pi / 180)
+                                          : around * yarn.twist_per_mm);
     YarnChainOptions own = options;
-    if (yarn.plies > 1) own.station /= 2;  // a ply is about half as thick
+    if (yarn.plies > 1) own.station_spacing_radii /= 2;  // a ply is about half as thick
     if (!is_round(yarn)) own.max_sag = options.max_flat_sag;
     append_chain(curve, dense_points(yarn, 0.04 * yarn.radius_mm), yarn.radius_mm, own, data);
     const std::size_t own_plies = first_ply;
-    const int plies = yarn.plies == 1 ? 1 : std::gcd(course_of_plies(yarn).shift, yarn.plies);
+    const int plies = yarn.plies == 1 ? 1 : std::gcd(ply_twist_of(yarn).ply_shift, yarn.plies);
     first_ply += plies;
     if (yarn.plies == 1 || give_plies(yarn, V2f(pattern.period_mm), options, data)) continue;
     // Each ply as a chain.
@@ -471,12 +474,12 @@ double expected_hairs(const Yarn& yarn) {
   double length = 0;
   for (const BezierSegment& segment : yarn.segments) length += polygon_length(segment);
   // The mean of the cut exponential distribution.
-  const double mean = 1 - max_hair / std::expm1(max_hair);
+  const double mean = 1 - max_hair_length_ratio / std::expm1(max_hair_length_ratio);
   return yarn.hairiness * length / (mean * yarn.hair_mm);
 }
 
 Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOptions& options) {
-  return result_of([&] {
+  return catch_failure([&] {
     YarnData data = chains_of(pattern, options);
     const double times = static_cast<double>(data.nodes.size()) / many_nodes;
     if (times <= 1) return data;
@@ -487,22 +490,24 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
 }
 
 Result<YarnCell> yarn_cell_of(const StitchPattern& pattern) {
-  return result_of([&] {
+  return catch_failure([&] {
     value_or_throw(validate(pattern, pattern.name));
     YarnCell cell{
         pattern.period_mm, stranded(pattern, value_or_throw(lay_plies(pattern, pattern.name))), {}, 0};
     for (const Yarn& yarn : pattern.yarns) {
-      const int chains = cell.yarns.curves[cell.through.size()].plies.count > 1 ? 1 : chains_of_plies(yarn);
+      const int chains =
+          cell.yarns.curves[cell.wall_transmission.size()].plies.count > 1 ? 1 : chains_of_plies(yarn);
       const double t = yarn.transmission;
-      cell.through.insert(cell.through.end(), chains, V3f(wall_albedo(V3d(yarn.albedo), t) * t));
+      cell.wall_transmission.insert(cell.wall_transmission.end(), chains,
+                                    V3f(ply_wall_albedo(V3d(yarn.albedo), t) * t));
     }
-    settle(cell);
+    move_to_ground(cell);
     return cell;
   });
 }
 
 Result<CellMesh> mesh_stitch(const StitchPattern& pattern, const MeshOptions& options) {
-  return result_of([&] { return meshed(pattern, options); });
+  return catch_failure([&] { return meshed(pattern, options); });
 }
 
 }  // namespace selvedge

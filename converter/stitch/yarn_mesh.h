@@ -14,7 +14,7 @@ struct MeshOptions {
   /// Cubes of the grid along the longer period, 4 to 1024. Default: 40, or more so that the radius of the
   /// thinnest yarn (or ply) has 4 cubes; fewer, down to 1.25 cubes, if the mesh would have more than about
   /// 29,000 triangles.
-  std::optional<int> cells_across{};
+  std::optional<int> cubes_across{};
   int repeats =
       1;  ///< each way, that the pattern holds: by default, each gets as many triangles as one alone
 };
@@ -25,7 +25,7 @@ struct MeshOptions {
 /// 0.01 grid edges of the surface (marching_cubes.h). Normals are the function's gradient, albedo is the
 /// nearest yarn's; if any yarn is glossy, fibres follow the nearest yarn or ply, turned by the twist of a
 /// round yarn; if any has fibres, hairs or irregularity, vertices have their places on yarns, and hairs stand
-/// off it. z is the pattern's. Refuses an invalid pattern, cells_across out of range, and a
+/// off it. z is the pattern's. Refuses an invalid pattern, cubes_across out of range, and a
 /// grid too coarse for its thinnest yarn (less than two cubes to the diameter) or of more than 2^24 points.
 Result<CellMesh> mesh_stitch(const StitchPattern& pattern, const MeshOptions& options = {});
 

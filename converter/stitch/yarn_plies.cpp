@@ -38,17 +38,17 @@ using std::numbers::pi;
 
 std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm, YarnStrands swells) {
   const int n = yarn.plies;
-  const double radius = yarn.radius_mm * ply_radius(n);
+  const double radius = yarn.radius_mm * unit_ply_radius(n);
   const double offset = yarn.radius_mm - radius;
-  const PlyCourse course = course_of_plies(yarn);
+  const PlyTwist course = ply_twist_of(yarn);
   const YarnFrames& frames = course.frames;
-  const int places = course.shift;
+  const int places = course.ply_shift;
   const auto& stations = frames.stations;
-  const double length = stations.back().length;
-  const double turn = 2 * pi * places / n - frames.turned;
+  const double length = stations.back().arc_length;
+  const double turn = 2 * pi * places / n - frames.total_turn;
   swells.swells = swells_of(length, radius);
 
-  const V2i turns = turns_of(yarn, period_mm);
+  const V2i turns = chain_periods(yarn, period_mm);
   const V3d way(turns.x * period_mm.x, turns.y * period_mm.y, 0);
   const auto count = static_cast<long>(stations.size()) - 1;
   /// Point i of the ply that starts at place k; i may lie in other repeats.
@@ -56,11 +56,11 @@ std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm, YarnStrands s
     const long repeat = i >= 0 ? i / count : -((count - 1 - i) / count);
     const YarnStation& s = stations[i - repeat * count];
     const double start = static_cast<double>(k + repeat * places) / n;
-    const double angle = 2 * pi * start + turn * s.length / length;
+    const double angle = 2 * pi * start + turn * s.arc_length / length;
     const V3d direction = s.across * std::cos(angle) + s.tangent.cross(s.across) * std::sin(angle);
-    const double orbit = offset * strand_swell(swells, s.length / length, byte_of_thickness);
+    const double orbit = offset * strand_swell(swells, s.arc_length / length, thickness_noise_byte);
     return s.position + way * static_cast<double>(repeat) +
-           stretched(direction, s.squeeze) * thin_radius(orbit, s.squeeze);
+           stretched(direction, s.squeeze) * round_section_radius(orbit, s.squeeze);
   };
   const auto slope = [&](int k, long i) {  // per station, of fourth order
     return (point(k, i + 1) - point(k, i - 1)) * (2.0 / 3) - (point(k, i + 2) - point(k, i - 2)) * (1.0 / 12);
@@ -72,7 +72,7 @@ std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm, YarnStrands s
     Yarn ply = yarn;
     ply.name = fmt::format("{}{}ply {}", yarn.name, yarn.name.empty() ? "" : ", ", k + 1);
     ply.plies = 1;
-    ply.twist_per_mm = twist_for(lean_in_plies(yarn), radius);
+    ply.twist_per_mm = twist_of_angle(fibre_angle_in_plies(yarn), radius);
     ply.radius_mm = radius;
     if (swells.irregularity > 0) ply.swells = swells;
     ply.passes = n / chains;
@@ -103,13 +103,13 @@ YarnFrames frames_of(const Yarn& yarn, double step) {
       YarnStation s{point_at(segment, t), derivative_at(segment, t).normalized(), V3d(0), 0,
                     squeeze_at(yarn, i, t)};
       if (!stations.empty()) length += (s.position - stations.back().position).length();
-      s.length = length;
+      s.arc_length = length;
       stations.push_back(s);
     }
   }
   YarnStation last = stations.front();
   last.position = point_at(yarn.segments.back(), 1);
-  last.length = length + (last.position - stations.back().position).length();
+  last.arc_length = length + (last.position - stations.back().position).length();
   stations.push_back(last);
   stations.front().across = any_across(stations.front().tangent);
   for (std::size_t i = 1; i < stations.size(); ++i)
@@ -126,20 +126,20 @@ int swells_of(double length, double radius_mm) {
 }
 
 int strand_seed(std::uint64_t seed, int chain) {
-  return static_cast<int>(mix(seed ^ mix(static_cast<std::uint64_t>(chain))) & max_strand_seed);
+  return static_cast<int>(hash64(seed ^ hash64(static_cast<std::uint64_t>(chain))) & max_strand_seed);
 }
 
-PlyCourse course_of_plies(const Yarn& yarn) {
+PlyTwist ply_twist_of(const Yarn& yarn) {
   // At least 12 steps per turn, none longer than a ply is thick.
-  const double step = std::min(yarn.radius_mm * ply_radius(yarn.plies),
+  const double step = std::min(yarn.radius_mm * unit_ply_radius(yarn.plies),
                                1 / (12 * std::max(std::abs(yarn.twist_per_mm), 1e-9)));
-  PlyCourse course{frames_of(yarn, step)};
-  const double length = course.frames.stations.back().length;
-  course.shift = static_cast<int>(std::lround(yarn.twist_per_mm * length * yarn.plies));
+  PlyTwist course{frames_of(yarn, step)};
+  const double length = course.frames.stations.back().arc_length;
+  course.ply_shift = static_cast<int>(std::lround(yarn.twist_per_mm * length * yarn.plies));
   return course;
 }
 
-double lean_in_plies(const Yarn& yarn) {
+double fibre_angle_in_plies(const Yarn& yarn) {
   // Fibres of a ply lean to the other side than the plies of the yarn.
   return yarn.twist_per_mm > 0 ? 0 - yarn.fibre_degrees : yarn.fibre_degrees;
 }
@@ -154,7 +154,8 @@ Result<StitchPattern> lay_plies(const StitchPattern& pattern, const std::string&
     if (yarn.plies == 1) {
       laid.yarns.push_back(yarn);
       if (yarn.irregularity == 0) continue;
-      swells.swells = swells_of(frames_of(yarn, 0.5 * yarn.radius_mm).stations.back().length, yarn.radius_mm);
+      swells.swells =
+          swells_of(frames_of(yarn, 0.5 * yarn.radius_mm).stations.back().arc_length, yarn.radius_mm);
       laid.yarns.back().swells = swells;
       continue;
     }

@@ -12,26 +12,26 @@ struct YarnStation {
   V3d position;
   V3d tangent;
   V3d across;
-  double length = 0;     ///< from the start, mm
-  V3d squeeze{0, 0, 0};  ///< of its section (format/fabric/yarn_section.h)
+  double arc_length = 0;  ///< from the start, mm
+  V3d squeeze{0, 0, 0};   ///< of its section (format/fabric/yarn_section.h)
 };
 
 /// Frames that are carried along without rotation about the curve.
 struct YarnFrames {
   std::vector<YarnStation> stations;  ///< the last one is where the next repeat begins
-  double turned = 0;                  ///< radians about the curve from the first frame to the last
+  double total_turn = 0;              ///< radians about the curve from the first frame to the last
 };
 
 /// Frames at most `step` mm apart. Precondition: a valid yarn.
 YarnFrames frames_of(const Yarn& yarn, double step);
 
 /// How a yarn's plies turn about it.
-struct PlyCourse {
+struct PlyTwist {
   YarnFrames frames;
-  int shift = 0;  ///< plies by which a ply moves on over a repeat
+  int ply_shift = 0;  ///< plies by which a ply moves on over a repeat
 };
 /// Precondition: a valid yarn of several plies.
-PlyCourse course_of_plies(const Yarn& yarn);
+PlyTwist ply_twist_of(const Yarn& yarn);
 
 /// Changes of thickness and colour along a yarn: one every 12 radii.
 int swells_of(double length, double radius_mm);
@@ -40,7 +40,7 @@ int swells_of(double length, double radius_mm);
 int strand_seed(std::uint64_t seed, int chain);
 
 /// Degrees by which the fibres of a ply lean to it, right-handed.
-double lean_in_plies(const Yarn& yarn);
+double fibre_angle_in_plies(const Yarn& yarn);
 
 /// The pattern with each yarn of n > 1 plies replaced by n helices about its curve, as thick as the yarn
 /// allows; yarns of one ply stay as they are. Helices follow a rotation-minimising frame; its rotation after

@@ -100,18 +100,18 @@ class Relaxation {
  public:
   Relaxation(const StitchPattern& pattern, const RelaxOptions& options)
       : options_(options), period_(pattern.period_mm.x, pattern.period_mm.y, 0) {
-    if (options.rough) options_.steps = rough_steps;
+    if (options.is_rough) options_.steps = rough_steps;
     for (const Yarn& yarn : pattern.yarns) {
       RelaxChain chain;
-      chain.soft = yarn.fibre != 0;
-      any_soft_ |= chain.soft;
+      chain.is_soft = yarn.fibre_kind != 0;
+      any_soft_ |= chain.is_soft;
       chain.radius = yarn.radius_mm;
       chain.flattening = yarn.flattening;
-      chain.pressed = static_cast<float>(std::log(yarn.flattening));
-      chain.wide = chain.soft ? yarn.radius_mm : wide_of(yarn);
-      chain.thin = chain.soft ? yarn.radius_mm : thin_of(yarn);
-      const V2i turns = turns_of(yarn, pattern.period_mm);
-      chain.way = {turns.x * period_.x, turns.y * period_.y, 0};
+      chain.log_flattening = static_cast<float>(std::log(yarn.flattening));
+      chain.half_width = chain.is_soft ? yarn.radius_mm : half_width_of(yarn);
+      chain.half_thickness = chain.is_soft ? yarn.radius_mm : half_thickness_of(yarn);
+      const V2i turns = chain_periods(yarn, pattern.period_mm);
+      chain.period_offset = {turns.x * period_.x, turns.y * period_.y, 0};
       constexpr int fine = 32;
       for (const BezierSegment& segment : yarn.segments) {
         for (int k = 0; k < fine; ++k) chain.points.push_back(point_at(segment, 1.0 * k / fine));
@@ -120,11 +120,12 @@ class Relaxation {
       const double unit = yarn.radius_mm / (1 << 20);
       for (V3d& p : chain.points)
         for (int k = 0; k < 3; ++k) p[k] = unit * std::round(p[k] / unit);
-      if (chain.way.length2() > 0) chain.across = V3d(-chain.way.y, chain.way.x, 0).normalized();
+      if (chain.period_offset.length2() > 0)
+        chain.across = V3d(-chain.period_offset.y, chain.period_offset.x, 0).normalized();
       for (const V3d& p : chain.points)
-        chain.drawn += p.dot(chain.across) / static_cast<double>(chain.points.size());
+        chain.drawn_offset += p.dot(chain.across) / static_cast<double>(chain.points.size());
       chains_.push_back(chain);
-      thickest_ = std::max(thickest_, chain.thin);
+      thickest_ = std::max(thickest_, chain.half_thickness);
     }
     distribute();
   }
@@ -132,9 +133,9 @@ class Relaxation {
   /// Returns the fraction of the radii for which there is room.
   double run() {
     const int growing = any_soft_ ? options_.steps * 9 / 10 : options_.steps / 2;
-    const double growth = (1 - options_.start) / (0.4 * options_.steps);
-    grown_ = options_.start;
-    if (!options_.rough) piece_ = piece_radii;
+    const double growth = (1 - options_.start_fraction) / (0.4 * options_.steps);
+    grown_ = options_.start_fraction;
+    if (!options_.is_rough) piece_ = piece_radii;
     for (int step = 0; step < options_.steps; ++step) {
       if (step % steps_between_distributions == 0) distribute();
       // Long steps for the thickness while the yarns grow, then shrinking ones.
@@ -142,9 +143,10 @@ class Relaxation {
           step < growing ? 1.0 : static_cast<double>(options_.steps - step) / (options_.steps - growing);
       const double time = 0.03 * remaining * remaining * grown_ * grown_ + 1e-4;
       for (RelaxChain& chain : chains_) {
-        smooth(chain, time, options_.bending);
+        smooth(chain, time, options_.bending_length_radii);
         for (V3d& p : chain.points)
-          p += chain.across * (options_.hold * remaining * (chain.drawn - p.dot(chain.across)));
+          p += chain.across *
+               (options_.in_plane_restoring * remaining * (chain.drawn_offset - p.dot(chain.across)));
       }
       lay_pieces();
       if (any_soft_) soften(soft_recovery);
@@ -159,14 +161,15 @@ class Relaxation {
     for (int step = 0; step < max_settling_steps; ++step) {
       if (any_soft_ && step < settling_steps) soften(0);
       const double overlap = push_apart();
-      if (overlap < (options_.rough ? rough_settled_overlap : settled_overlap)) break;
+      if (overlap < (options_.is_rough ? rough_settled_overlap : settled_overlap)) break;
       if (step >= settling_steps) grown_ *= 1 - 0.25 * overlap;
     }
     // Woven yarn that is longer has climbed over others.
     constexpr double max_crimped = 1.6;
-    const bool climbed = options_.hold > 0 && std::ranges::any_of(chains_, [](const RelaxChain& chain) {
-                           return chain.length() > max_crimped * chain.way.length();
-                         });
+    const bool climbed =
+        options_.in_plane_restoring > 0 && std::ranges::any_of(chains_, [](const RelaxChain& chain) {
+          return chain.length() > max_crimped * chain.period_offset.length();
+        });
     return climbed ? std::min(grown_, 0.9) : grown_;
   }
 
@@ -175,12 +178,12 @@ class Relaxation {
     const RelaxChain& chain = chains_[index];
     const auto count = static_cast<long>(chain.points.size());
     const double node_count =
-        std::round(chain.length() / ((chain.soft ? soft_segment_radii : segment_radii) * chain.radius));
+        std::round(chain.length() / ((chain.is_soft ? soft_segment_radii : segment_radii) * chain.radius));
     // Keeps some of the points, with tangents from their neighbours.
     const auto nodes = static_cast<long>(std::clamp(node_count, 4.0, static_cast<double>(count)));
     const auto point = [&](long i) {
       const long turn = i >= 0 ? i / count : -((count - 1 - i) / count);
-      return chain.points[i - turn * count] + chain.way * static_cast<double>(turn);
+      return chain.points[i - turn * count] + chain.period_offset * static_cast<double>(turn);
     };
     const auto node = [&](long k) {
       return std::lround(static_cast<double>(k * count) / static_cast<double>(nodes));
@@ -192,7 +195,7 @@ class Relaxation {
     for (long k = 0; k < nodes; ++k) {
       const long i = node(k);
       const long j = node(k + 1);
-      if (chain.soft)
+      if (chain.is_soft)
         squeezes.push_back(
             squeeze_between(chain.squeezes[(i + count - 1) % count], chain.squeezes[i % count], 0.5));
       const double third = static_cast<double>(j - i) / 3;
@@ -207,8 +210,8 @@ class Relaxation {
     double high = std::numeric_limits<double>::lowest();
     for (const RelaxChain& chain : chains_) {
       for (const V3d& p : chain.points) {
-        low = std::min(low, p.z - chain.thin);
-        high = std::max(high, p.z + chain.thin);
+        low = std::min(low, p.z - chain.half_thickness);
+        high = std::max(high, p.z + chain.half_thickness);
       }
     }
     for (RelaxChain& chain : chains_) {
@@ -233,7 +236,7 @@ class Relaxation {
   /// Projects all contacts repeatedly; returns the largest remaining overlap, in radii.
   double push_apart() {
     double overlap = 0;
-    for (int k = 0; k < (options_.rough ? rough_projections : projections); ++k) overlap = project();
+    for (int k = 0; k < (options_.is_rough ? rough_projections : projections); ++k) overlap = project();
     return overlap;
   }
 
@@ -243,15 +246,15 @@ class Relaxation {
       const double pieces = std::max(12.0, std::round(chain.length() / (piece_ * chain.radius)));
       const std::size_t before = chain.points.size();
       chain.points = resampled(chain, static_cast<std::size_t>(pieces));
-      chain.reaches.assign(chain.points.size(), chain.wide);
-      if (chain.soft) {
+      chain.half_widths.assign(chain.points.size(), chain.half_width);
+      if (chain.is_soft) {
         const std::vector<Imath::M33d> old = chain.strains;
         chain.strains.assign(chain.points.size(), Imath::M33d(0.0));
         for (std::size_t i = 0; i < chain.points.size() && !old.empty(); ++i)
           chain.strains[i] = old[i * before / chain.points.size()];
         set_squeezes(chain);
       }
-      chain.begin = begin;
+      chain.first_index = begin;
       chain.spacing = chain.length() / pieces;
       begin += chain.points.size();
     }
@@ -261,7 +264,7 @@ class Relaxation {
 
   /// Sets pieces_ by the chains, and adds to travels_.
   void lay_pieces() {
-    const std::size_t total = chains_.back().begin + chains_.back().points.size();
+    const std::size_t total = chains_.back().first_index + chains_.back().points.size();
     pieces_.resize(total);
     travels_.resize(total);
     moved_.resize(total);
@@ -270,26 +273,26 @@ class Relaxation {
     for (std::size_t c = 0; c < chains_.size(); ++c) {
       const RelaxChain& chain = chains_[c];
       for (std::size_t i = 0; i < chain.points.size(); ++i) {
-        const V3d along = chain.next(i) - chain.points[i];
+        const V3d along = chain.next_point(i) - chain.points[i];
         const double length = std::sqrt(along.length2());  // length() is a call
         Section section{chain.radius};
-        if (chain.soft) section.squeeze = chain.squeezes[i];
-        if (!chain.soft && chain.flattening < 1 && length > 0)
+        if (chain.is_soft) section.squeeze = chain.squeezes[i];
+        if (!chain.is_soft && chain.flattening < 1 && length > 0)
           section.squeeze = squeeze_of(chain.flattening, along / length);
-        const double extent = grown_ * (chain.reaches[i] + options_.gap * chain.radius);
-        const std::size_t k = chain.begin + i;
+        const double extent = grown_ * (chain.half_widths[i] + options_.gap_radii * chain.radius);
+        const std::size_t k = chain.first_index + i;
         Piece& piece = pieces_[k];
         const V3d& old = piece.section.squeeze;
         const double turned2 = std::min((section.squeeze - old).length2(), (section.squeeze + old).length2());
-        const double swell = std::abs(extent - piece.extent) + std::sqrt(turned2) * chain.reaches[i];
+        const double swell = std::abs(extent - piece.extent) + std::sqrt(turned2) * chain.half_widths[i];
         moved_[k] = std::sqrt((chain.points[i] - piece.start).length2());
         travels_[k] += swell;
         farthest = {std::max(farthest.x, moved_[k]), std::max(farthest.y, swell)};
-        const std::size_t next = chain.begin + (i + 1 < chain.points.size() ? i + 1 : 0);
+        const std::size_t next = chain.first_index + (i + 1 < chain.points.size() ? i + 1 : 0);
         piece = {chain.points[i],
                  along,
                  section,
-                 chain.reaches[i],
+                 chain.half_widths[i],
                  extent,
                  0.5 * length,
                  static_cast<std::uint32_t>(c),
@@ -303,7 +306,7 @@ class Relaxation {
   }
 
   double distance_of(const Piece& a, const Piece& b, double reach) const {
-    return grown_ * (reach + options_.gap * std::max(a.section.radius, b.section.radius));
+    return grown_ * (reach + options_.gap_radii * std::max(a.section.radius, b.section.radius));
   }
 
   /// Direction in which pieces leave each other. Soft ones that cross stay on their sides.
@@ -311,7 +314,7 @@ class Relaxation {
     constexpr double min_sine2 = 0.1;
     const double sine2 = a.along.cross(b.along).length2() / (a.along.length2() * b.along.length2());
     if (any_soft_ && sine2 > min_sine2) return apart.normalized();
-    return direction_between(apart, a.section, b.section, options_.rough ? 1 : 4);
+    return direction_between(apart, a.section, b.section, options_.is_rough ? 1 : 4);
   }
 
   /// How two pieces overlap.
@@ -359,7 +362,7 @@ class Relaxation {
       const V3d& d = overlap.direction;
       for (const std::size_t index : {c->a, c->b}) {
         const Piece& piece = pieces_[index];
-        if (!chains_[piece.chain].soft) continue;
+        if (!chains_[piece.chain].is_soft) continue;
         Imath::M33d& strain = chains_[piece.chain].strains[piece.index];
         const double fraction = soft_pressure * overlap.depth / (grown_ * piece.section.radius);
         for (int i = 0; i < 3; ++i) {
@@ -373,7 +376,7 @@ class Relaxation {
   void soften(double recovery) {
     press();
     for (RelaxChain& chain : chains_) {
-      if (!chain.soft) continue;
+      if (!chain.is_soft) continue;
       const std::vector<Imath::M33d> old = chain.strains;
       const std::size_t count = old.size();
       for (std::size_t i = 0; i < count; ++i) {
@@ -382,7 +385,7 @@ class Relaxation {
                            (1 - recovery);
       }
       // The press that finishes cloth makes free yarn as flat as it is to be.
-      for (Imath::M33d& strain : chain.strains) strain[2][2] += recovery * chain.pressed;
+      for (Imath::M33d& strain : chain.strains) strain[2][2] += recovery * chain.log_flattening;
       set_squeezes(chain);
     }
     lay_pieces();
@@ -390,10 +393,10 @@ class Relaxation {
 
   /// Keeps strains across their piece, without trace, and within bounds.
   static void set_squeezes(RelaxChain& chain) {
-    if (!chain.soft) return;
+    if (!chain.is_soft) return;
     chain.squeezes.resize(chain.points.size());
     for (std::size_t i = 0; i < chain.points.size(); ++i) {
-      const V3d along = (chain.next(i) - chain.points[i]).normalized();
+      const V3d along = (chain.next_point(i) - chain.points[i]).normalized();
       const V3d axis = std::abs(along.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
       const V3d x = (axis - along * axis.dot(along)).normalized();
       const V3d y = along.cross(x);
@@ -410,7 +413,7 @@ class Relaxation {
       const double wide = exp_of(part * size);
       const V3d widest = c > 0 ? x * (size + c) + y * s : x * s + y * (size - c);
       chain.squeezes[i] = widest.normalized() * std::sqrt(1 - 1 / (wide * wide));
-      chain.reaches[i] = chain.radius * wide;
+      chain.half_widths[i] = chain.radius * wide;
     }
   }
 
@@ -420,17 +423,17 @@ class Relaxation {
     const RelaxChain& chain = chains_[pieces_[c.a].chain];
     const auto n = static_cast<double>(chain.points.size());
     double along = static_cast<double>(c.b) - static_cast<double>(c.a);
-    const double way2 = chain.way.length2();
+    const double way2 = chain.period_offset.length2();
     if (way2 == 0) {
       if (c.shift != V3d(0)) return false;
       along = std::abs(along);
       along = std::min(along, n - along);
     } else {
-      const double turns = std::round(c.shift.dot(chain.way) / way2);
-      if ((c.shift - chain.way * turns).length2() > 1e-12 * way2) return false;
+      const double turns = std::round(c.shift.dot(chain.period_offset) / way2);
+      if ((c.shift - chain.period_offset * turns).length2() > 1e-12 * way2) return false;
       along = std::abs(along + turns * n);
     }
-    return along * chain.spacing < (pi + piece_) * chain.wide;
+    return along * chain.spacing < (pi + piece_) * chain.half_width;
   }
 
   /// Searches for contacts again if pieces of different ones may have met since the last search.
@@ -440,7 +443,7 @@ class Relaxation {
       moved = std::max(moved, std::sqrt((pieces_[i].start - searched_[i].start).length2()) +
                                   pieces_[i].extent - searched_[i].extent);
     }
-    if ((options_.rough ? 1 : 2) * moved > (search_margin - touch_margin) * widest_) search();
+    if ((options_.is_rough ? 1 : 2) * moved > (search_margin - touch_margin) * widest_) search();
   }
 
   void search() {
@@ -450,12 +453,12 @@ class Relaxation {
     const double margin = search_margin * widest_;
     double reach = 0;
     for (const Piece& piece : pieces_) reach = std::max(reach, piece.half);
-    reach = 2 * reach + grown_ * widest_ * (2 + options_.gap) + margin;
+    reach = 2 * reach + grown_ * widest_ * (2 + options_.gap_radii) + margin;
     std::vector<V3d> middles, inside;
     for (const Piece& piece : pieces_) {
       middles.push_back(piece.start + piece.along * 0.5);
       const V3d& m = middles.back();
-      inside.emplace_back(in_repeat(m.x, period_.x), in_repeat(m.y, period_.y), m.z);
+      inside.emplace_back(wrap_to_repeat(m.x, period_.x), wrap_to_repeat(m.y, period_.y), m.z);
     }
     const PeriodicGrid grid(inside, {period_.x, period_.y}, reach);
     for (std::uint32_t a = 0; a < pieces_.size(); ++a) {
@@ -471,7 +474,7 @@ class Relaxation {
         Contact contact{a, b, shift};
         const Overlap overlap = overlap_of(contact);
         // Sections that lie on each other may turn, and are kept.
-        if (overlap.depth < -margin && (options_.rough || overlap.direction == V3d(0))) return;
+        if (overlap.depth < -margin && (options_.is_rough || overlap.direction == V3d(0))) return;
         contact.free = travelled(contact) + overlap.way();
         if (!follow(contact)) contacts_.push_back(contact);
       });
@@ -503,8 +506,8 @@ class Relaxation {
     }
     for (RelaxChain& chain : chains_) {
       for (std::size_t i = 0; i < chain.points.size(); ++i) {
-        const double weight = weights_[chain.begin + i];
-        if (weight > 0) chain.points[i] += moves_[chain.begin + i] * (over_relaxation / weight);
+        const double weight = weights_[chain.first_index + i];
+        if (weight > 0) chain.points[i] += moves_[chain.first_index + i] * (over_relaxation / weight);
       }
     }
     limit_thickness();
@@ -512,11 +515,12 @@ class Relaxation {
     return largest;
   }
 
-  /// Clamps all yarns to max_thickness.
+  /// Clamps all yarns to max_thickness_radii.
   void limit_thickness() {
-    if (options_.max_thickness == 0) return;
+    if (options_.max_thickness_radii == 0) return;
     for (RelaxChain& chain : chains_) {
-      const double max_z = grown_ * std::max(0.0, 0.5 * options_.max_thickness * thickest_ - chain.thin);
+      const double max_z =
+          grown_ * std::max(0.0, 0.5 * options_.max_thickness_radii * thickest_ - chain.half_thickness);
       for (V3d& p : chain.points) p.z = std::clamp(p.z, -max_z, max_z);
     }
   }
@@ -547,7 +551,7 @@ double thin_to_touch(StitchPattern& pattern) {
   do {
     const auto clearance = minimum_clearance(pattern, "");
     if (!clearance) break;  // no valid pattern
-    overlap = -*clearance / thinnest_of(pattern);
+    overlap = -*clearance / min_half_thickness(pattern);
     if (overlap <= touching_overlap) break;
     const double factor = std::max(0.5, 1 - 0.5 * overlap);
     for (Yarn& yarn : pattern.yarns) yarn.radius_mm *= factor;
@@ -558,28 +562,28 @@ double thin_to_touch(StitchPattern& pattern) {
 
 }  // namespace
 
-Relaxed relax(const StitchPattern& pattern, const RelaxOptions& options) {
-  const double min_part = options.rough ? 0.85 : 0.95;
+RelaxResult relax(const StitchPattern& pattern, const RelaxOptions& options) {
+  const double min_part = options.is_rough ? 0.85 : 0.95;
   constexpr int max_tries = 4;
-  Relaxed relaxed{pattern, 1};
+  RelaxResult relaxed{pattern, 1};
   Relaxation relaxation(pattern, options);
   double part = relaxation.run();
-  for (int tries = 1; options.thins && part < min_part && tries < max_tries; ++tries) {
+  for (int tries = 1; options.may_thin && part < min_part && tries < max_tries; ++tries) {
     const double thinner = 0.95 * part;
-    relaxed.part *= thinner;
+    relaxed.radius_fraction *= thinner;
     for (Yarn& yarn : relaxed.pattern.yarns) yarn.radius_mm *= thinner;
     relaxation = Relaxation(relaxed.pattern, options);
     part = relaxation.run();
   }
-  relaxed.part *= part;
-  relaxed.settled = part >= min_part;
+  relaxed.radius_fraction *= part;
+  relaxed.has_settled = part >= min_part;
   relaxation.centre();
   for (std::size_t y = 0; y < relaxed.pattern.yarns.size(); ++y) {
     relaxed.pattern.yarns[y].segments = relaxation.segments_of(y, relaxed.pattern.yarns[y].squeezes);
     relaxed.pattern.yarns[y].radius_mm *= part;
     if (!relaxed.pattern.yarns[y].squeezes.empty()) relaxed.pattern.yarns[y].flattening = 1;
   }
-  if (options.thins && !options.rough) relaxed.part *= thin_to_touch(relaxed.pattern);
+  if (options.may_thin && !options.is_rough) relaxed.radius_fraction *= thin_to_touch(relaxed.pattern);
   return relaxed;
 }
 

@@ -16,40 +16,40 @@ namespace selvedge {
 constexpr double touching_overlap = 0.02;
 
 struct RelaxOptions {
-  double bending = 3;   ///< stiffness: the length over which yarns bend, in radii
-  double gap = 0;       ///< between neighbouring yarns, in radii of the thicker one; 0: they touch
-  double start = 0.13;  ///< fraction of its radius that a yarn begins with
+  double bending_length_radii = 3;  ///< stiffness: the length over which yarns bend, in radii
+  double gap_radii = 0;          ///< between neighbouring yarns, in radii of the thicker one; 0: they touch
+  double start_fraction = 0.13;  ///< fraction of its radius that a yarn begins with
   /// Maximum thickness of the cloth, in radii (half thicknesses) of the thickest yarn; 0: no limit. Without
   /// it, yarns with too little room beside each other climb onto each other.
-  double max_thickness = 0;
+  double max_thickness_radii = 0;
   /// Fraction of the displacement in the plane, across their direction, that each step takes back: 0 for
   /// knits, whose loops hold themselves; the yarns of a weave would wander without it (reed and beat hold
   /// them).
-  double hold = 0;
+  double in_plane_restoring = 0;
   /// Whether yarns that have no room begin again, as thin as they had become (jammed, they may pass each
   /// other), and become thinner where they overlap at last.
-  bool thins = false;
+  bool may_thin = false;
   int steps = 240;
   /// For hundreds of yarns: longer pieces, 60 steps, overlaps of up to 0.02 radii, and any thinner yarns that
   /// have room.
-  bool rough = false;
+  bool is_rough = false;
 };
 
-struct Relaxed {
+struct RelaxResult {
   /// The same yarns, moved, their chains smooth and centred in z, with the given radii, or smaller ones if
   /// there is no room.
   StitchPattern pattern;
-  double part = 1;      ///< fraction of the given radii
-  bool settled = true;  ///< whether the last try had room for most of its radii
+  double radius_fraction = 1;  ///< fraction of the given radii
+  bool has_settled = true;     ///< whether the last try had room for most of its radii
 };
 
-/// Yarns of fibres (Yarn::fibre) are soft: their sections flatten where they press each other, and elsewhere
-/// along z by Yarn::flattening; the area is kept, and the result has squeezes. Tubes are rigid.
+/// Yarns of fibres (Yarn::fibre_kind) are soft: their sections flatten where they press each other, and
+/// elsewhere along z by Yarn::flattening; the area is kept, and the result has squeezes. Tubes are rigid.
 ///
 /// Neighbouring yarns of the result touch: if it `thins`, and is not rough, they overlap by less than
 /// touching_overlap. Sections of flat yarns are apart in the direction in which there is most room.
 /// Deterministic to the bit. Precondition: a valid
 /// pattern whose yarns, at `start` of their radius, do not overlap.
-Relaxed relax(const StitchPattern& pattern, const RelaxOptions& options = {});
+RelaxResult relax(const StitchPattern& pattern, const RelaxOptions& options = {});
 
 }  // namespace selvedge

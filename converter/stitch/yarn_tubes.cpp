@@ -17,7 +17,7 @@ struct Ring {
   V3d tangent;
   V3d squeeze;
   double radius;
-  double widening;
+  double radius_slope;
 };
 
 std::vector<Ring> rings_of(const Yarn& yarn) {
@@ -35,9 +35,9 @@ std::vector<Ring> rings_of(const Yarn& yarn) {
   }
   along.push_back(length);
   for (std::size_t r = 0; r < rings.size(); ++r) {
-    rings[r].radius = swollen_radius(yarn, along[r], length);
-    rings[r].widening =
-        (swollen_radius(yarn, along[r + 1], length) - rings[r].radius) / (along[r + 1] - along[r]);
+    rings[r].radius = radius_with_swells(yarn, along[r], length);
+    rings[r].radius_slope =
+        (radius_with_swells(yarn, along[r + 1], length) - rings[r].radius) / (along[r + 1] - along[r]);
   }
   return rings;
 }
@@ -57,29 +57,32 @@ void add_tube(const Yarn& yarn, int index, YarnTubes& tubes) {
     const V3d beside = axis.cross(across);
     for (int k = 0; k < sides; ++k) {
       const double angle = 2 * std::numbers::pi * k / sides;
-      SurfaceSample sample{.round = across * std::cos(angle) + beside * std::sin(angle),
+      SurfaceSample sample{.round_gradient = across * std::cos(angle) + beside * std::sin(angle),
                            .squeeze = ring.squeeze,
                            .tangent = ring.tangent,
                            .yarn = index,
-                           .widening = ring.widening};
-      sample.gradient = squeezed(sample.round, ring.squeeze).normalized();
+                           .radius_slope = ring.radius_slope};
+      sample.gradient = squeezed(sample.round_gradient, ring.squeeze).normalized();
       original.push_back(static_cast<int>(positions.size()));
-      positions.push_back(ring.centre +
-                          stretched(sample.round * thin_radius(ring.radius, ring.squeeze), ring.squeeze));
-      tubes.samples.push_back(sample);
+      positions.push_back(
+          ring.centre +
+          stretched(sample.round_gradient * round_section_radius(ring.radius, ring.squeeze), ring.squeeze));
+      tubes.vertex_samples.push_back(sample);
     }
   }
   // The first ring once more, from the vertex on that is nearest to the last ring's first.
   const V3d round = turned(squeezed(rings.front().tangent, rings.front().squeeze).normalized(), across);
   int turn = 0;
   for (int k = 1; k < sides; ++k) {
-    if (round.dot(tubes.samples[first + k].round) > round.dot(tubes.samples[first + turn].round)) turn = k;
+    if (round.dot(tubes.vertex_samples[first + k].round_gradient) >
+        round.dot(tubes.vertex_samples[first + turn].round_gradient))
+      turn = k;
   }
   for (int k = 0; k < sides; ++k) {
     const int copied = first + (k + turn) % sides;
     original.push_back(copied);
     positions.push_back(positions[copied] + way);
-    tubes.samples.push_back(tubes.samples[copied]);
+    tubes.vertex_samples.push_back(tubes.vertex_samples[copied]);
   }
   for (int r = first; r + sides < static_cast<int>(positions.size()); r += sides) {
     for (int k = 0; k < sides; ++k) {

@@ -1,4 +1,4 @@
-// The surface of yarns one by one, in place of their implicit surface: for repeats of so many yarns that
+// The surface of yarns one by one, in place of their implicit surface: for repeats with so many yarns that
 // Marching Cubes would take minutes.
 #pragma once
 
@@ -8,8 +8,8 @@
 namespace selvedge {
 
 struct YarnTubes {
-  MarchedSurface surface;              ///< reaches beyond the cell where yarns do
-  std::vector<SurfaceSample> samples;  ///< per vertex, at distance 0
+  MarchedSurface surface;                     ///< reaches beyond the cell where yarns do
+  std::vector<SurfaceSample> vertex_samples;  ///< per vertex, at distance 0
 };
 
 /// Closed tubes of about 100 triangles a width of yarn; they enter each other where yarns overlap.

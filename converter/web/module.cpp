@@ -94,10 +94,10 @@ class Numbers {
 /// Digest of all that relax() reads.
 std::string key_of(StitchPattern pattern, RelaxOptions o) {
   Numbers all;
-  all.pass(o.bending, o.gap, o.start, o.max_thickness, o.hold, o.thins, o.steps, o.rough, pattern.period_mm.x,
-           pattern.period_mm.y);
+  all.pass(o.bending_length_radii, o.gap_radii, o.start_fraction, o.max_thickness_radii, o.in_plane_restoring,
+           o.may_thin, o.steps, o.is_rough, pattern.period_mm.x, pattern.period_mm.y);
   for (Yarn& yarn : pattern.yarns) {
-    bool soft = yarn.fibre != 0;
+    bool soft = yarn.fibre_kind != 0;
     all.pass(yarn.radius_mm, yarn.flattening, soft);
     all.pass_all(yarn.segments);
   }
@@ -105,8 +105,8 @@ std::string key_of(StitchPattern pattern, RelaxOptions o) {
 }
 
 /// Passes all that relax() changes.
-void pass(Relaxed& relaxed, Numbers& all) {
-  all.pass(relaxed.part, relaxed.settled);
+void pass(RelaxResult& relaxed, Numbers& all) {
+  all.pass(relaxed.radius_fraction, relaxed.has_settled);
   for (Yarn& yarn : relaxed.pattern.yarns) {
     all.pass(yarn.radius_mm, yarn.flattening);
     all.pass_all(yarn.segments);
@@ -115,15 +115,15 @@ void pass(Relaxed& relaxed, Numbers& all) {
 }
 
 /// Relaxes what the host does not remember, and hands it over: the key, and all that relax() changed.
-Relaxed relaxed_once(const StitchPattern& pattern, const RelaxOptions& options) {
+RelaxResult relaxed_once(const StitchPattern& pattern, const RelaxOptions& options) {
   const std::string key = key_of(pattern, options);
   if (host_recall(key.data())) {
-    Relaxed relaxed{pattern};
+    RelaxResult relaxed{pattern};
     Numbers all(input_text);
     pass(relaxed, all);
     return relaxed;
   }
-  Relaxed relaxed = relax(pattern, options);
+  RelaxResult relaxed = relax(pattern, options);
   Numbers all;
   pass(relaxed, all);
   emit(HostEvent::shape, key + all.bytes());
@@ -131,12 +131,12 @@ Relaxed relaxed_once(const StitchPattern& pattern, const RelaxOptions& options) 
 }
 
 /// The same for a preview: much yarn roughly, and as if there were room.
-Relaxed relaxed_roughly(const StitchPattern& pattern, RelaxOptions options) {
-  if (options.rough || host_recall(key_of(pattern, options).data())) return relaxed_once(pattern, options);
-  options.rough = true;
-  Relaxed relaxed = relaxed_once(pattern, options);
-  relaxed.part = 1;
-  relaxed.settled = true;
+RelaxResult relaxed_roughly(const StitchPattern& pattern, RelaxOptions options) {
+  if (options.is_rough || host_recall(key_of(pattern, options).data())) return relaxed_once(pattern, options);
+  options.is_rough = true;
+  RelaxResult relaxed = relaxed_once(pattern, options);
+  relaxed.radius_fraction = 1;
+  relaxed.has_settled = true;
   return relaxed;
 }
 
@@ -165,28 +165,28 @@ MakeOptions read_recipe(Json& json, StitchSettings& settings) {
     } else if (name == "seed") {
       bake.seed = value.get<std::uint64_t>();
     } else if (name == "bytes") {
-      options.bytes = value.get<std::uint64_t>();
-      options.budget.reset();
+      options.file_bytes = value.get<std::uint64_t>();
+      options.layer_budget_bytes.reset();
     } else if (name != "quality") {
       refuse_option(name, "there is no such member of a recipe");
     }
   }
   // Pairs by which layers are chosen, within bytes alone.
-  bake.validation_pairs = options.budget || options.bytes ? bake.held_out_pairs : 0;
-  bake.yarns = true;
+  bake.validation_pairs = options.layer_budget_bytes || options.file_bytes ? bake.held_out_pairs : 0;
+  bake.stores_yarns = true;
   return options;
 }
 
 /// The yarn over texels that are all the same: where these are as many as usual, the file is small.
 Fabric preview_of(const Samples& samples, const MakeOptions& options) {
-  const SideSamples front = samples_of(samples, Side::front);
+  const SideSamples front = side_samples(samples, Side::front);
   Fabric fabric = value_or_throw(fit(front.level, front.header, options.fit)).fabric;
   const FabricLevel texel = std::exchange(fabric.levels, {}).front();
   for (int k = 3; k >= 0; --k) {
     FabricLevel& level = fabric.levels.emplace_back();
     level.width = level.height = 1 << k;
-    level.take_texels(texel, k);
-    level.of_coarser = false;
+    level.copy_texels(texel, k);
+    level.copied_from_coarser = false;
   }
   fabric.levels.front().set_yarns(std::make_shared<const Yarns>(samples.yarns, samples.header.period_mm));
   return fabric;
@@ -201,7 +201,7 @@ void make(Json json, bool preview) {
     options.bake.width = options.bake.height = 1;
     options.bake.views = options.bake.lights = 16;
     options.bake.held_out_pairs = options.bake.validation_pairs = 0;
-    options.bake.rough_light = true;
+    options.bake.has_coarse_light = true;
   }
   const auto stage = [](std::int32_t number) {
     return [number](double fraction) { host_progress(number, fraction); };
@@ -218,8 +218,8 @@ void make(Json json, bool preview) {
       stitch_name, settings,
       [&](const StitchSize& size) {
         adapt(size);
-        share_rays(of_bake);
-        is_large = size.radii > 1000;
+        reduce_pair_samples(of_bake);
+        is_large = size.length_radii > 1000;
       },
       [&](const StitchPattern& pattern, const RelaxOptions& relaxation) {
         return preview && is_large ? relaxed_roughly(pattern, relaxation) : relaxed_once(pattern, relaxation);
@@ -260,26 +260,26 @@ Result<void> ExrWriter::write_level(int index, int level, const ExrPixels& pixel
   if (auto sound = check_halves(part, pixels, state_->path); !sound) return sound;
   for (const ExrChunk& chunk : exr_chunks(part)) {
     if (chunk.level != level) continue;
-    const std::vector<std::uint8_t> packed = exr_packed_chunk(part, chunk, pixels);
+    const std::vector<std::uint8_t> packed = encode_exr_chunk(part, chunk, pixels);
     state_->places.push_back(state_->chunks.size());
-    state_->chunks +=
-        part.mipmapped ? exr_numbers({index, chunk.x, chunk.y, level, level}) : exr_numbers({index, chunk.y});
-    state_->chunks += exr_numbers({static_cast<std::int32_t>(packed.size())});
+    state_->chunks += part.has_mipmaps ? exr_int32_bytes({index, chunk.column, chunk.row, level, level})
+                                       : exr_int32_bytes({index, chunk.row});
+    state_->chunks += exr_int32_bytes({static_cast<std::int32_t>(packed.size())});
     state_->chunks.append(packed.begin(), packed.end());
   }
   return {};
 }
 
 Result<void> ExrWriter::commit() {
-  std::string file = exr_headers(state_->parts);
+  std::string file = encode_exr_headers(state_->parts);
   const std::size_t first = file.size() + 8 * state_->places.size();
   for (const std::size_t place : state_->places)
-    file += exr_numbers({static_cast<std::int32_t>(first + place), 0});
+    file += exr_int32_bytes({static_cast<std::int32_t>(first + place), 0});
   emit(HostEvent::fabric, file + state_->chunks);
   return {};
 }
 
-std::vector<std::uint8_t> exr_deflated(std::span<const std::uint8_t> bytes) {
+std::vector<std::uint8_t> exr_deflate(std::span<const std::uint8_t> bytes) {
   std::vector<std::uint8_t> packed(bytes.size());
   packed.resize(host_deflate(bytes.data(), bytes.size(), packed.data()));
   return packed;
@@ -318,7 +318,7 @@ extern "C" {
 void* __cxa_allocate_exception(std::size_t size) { return std::malloc(size); }
 void __cxa_throw(void* thrown, const std::type_info* type, void (*)(void*)) {
   if (*type == typeid(Failure)) refuse(std::move(static_cast<Failure*>(thrown)->error));
-  refuse({Code::json_malformed, {}, {}, reason_of(*static_cast<const std::exception*>(thrown))});
+  refuse({Code::json_malformed, {}, {}, exception_message(*static_cast<const std::exception*>(thrown))});
 }
 int __cxa_thread_atexit(void (*)(void*), void*, void*) { return 0; }
 int __cxa_atexit(void (*)(void*), void*, void*) { return 0; }

@@ -104,7 +104,7 @@ float interpolated(const DirectionTaps& taps, const float* values) {
 std::array<ChannelFit, 3> dark_texel(const TexelSamples& samples, const LobeFitOptions& options) {
   ChannelFit fit;
   fit.parameters.assign(parameter_count(options.lobes), 0);
-  fit.table.assign(samples.views, 1);
+  fit.table.assign(samples.view_count, 1);
   return {fit, fit, fit};
 }
 
@@ -122,16 +122,16 @@ SampleLevel texel_of(const SampleLevel& level, std::size_t texel) {
     const auto first = values.begin() + size * static_cast<std::ptrdiff_t>(texel);
     return std::vector(first, first + size);
   };
-  return {1, 1, level.views, level.lights, part(level.alpha), part(level.normal), part(level.radiance)};
+  return {1, 1, level.views, level.lights, part(level.alpha), part(level.normal_sum), part(level.radiance)};
 }
 
 }  // namespace
 
 V2i BasisList::add(const BasisFit& basis, const V2i& pair) {
-  const std::vector<float>& phi = basis.view[pair.x];
+  const std::vector<float>& phi = basis.view_functions[pair.x];
   const bool constant = std::ranges::all_of(phi, [](float value) { return value == 1; });
   const int a = constant ? 0 : index_in(view_, phi) + 1;
-  return {a, index_in(light_, basis.light[pair.y])};
+  return {a, index_in(light_, basis.light_functions[pair.y])};
 }
 
 double BasisList::bytes() const {
@@ -211,8 +211,8 @@ void LayerFitter::add_quantised(std::size_t level, const BasisFit& basis, double
       Quantisation quantisation;
       quantisation.step = unit * coarse.step;
       quantisation.min_rms = fraction / coarse.step;
-      quantisation.price = coarse.price;
-      quantisation.width = width;
+      quantisation.bit_cost = coarse.price;
+      quantisation.row_texels = width;
       const std::size_t pairs = kept_pair_count(basis, quantisation);
       if (pairs == last || std::cmp_greater(pairs, FabricLimits{}.products)) continue;
       last = pairs;
@@ -268,28 +268,28 @@ std::vector<V3f> LayerFitter::shown(std::size_t k, const BasisFit& basis, const 
   const DirectionTaps lights = interpolate(fabric_.lights, pair.light);
   std::vector<V3f> values;  // phi_m(v) psi_m(l)
   for (const V2i& functions : basis.pairs) {
-    const std::vector<float>& psi = basis.light[functions.y];
+    const std::vector<float>& psi = basis.light_functions[functions.y];
     V3f colour(0, 0, 0);
     for (std::size_t tap = 0; tap < 4; ++tap) {
       const float* rgb = &psi[3 * lights.cell[tap]];
       colour += lights.weight[tap] * V3f(rgb[0], rgb[1], rgb[2]);
     }
-    values.push_back(pair.light.z * interpolated(views, basis.view[functions.x].data()) * colour);
+    values.push_back(pair.light.z * interpolated(views, basis.view_functions[functions.x].data()) * colour);
   }
   std::vector<V3f> result;
   // Several texels at a time, because each sum waits for its last term.
   constexpr std::size_t lanes = 8;
-  for (std::size_t first = 0; first < basis.texels(); first += lanes) {
+  for (std::size_t first = 0; first < basis.texel_count(); first += lanes) {
     std::array<const float*, lanes> coefficient{};
     for (std::size_t i = 0; i < lanes; ++i)
-      coefficient[i] = &basis.coefficient[std::min(first + i, basis.texels() - 1) * values.size()];
+      coefficient[i] = &basis.coefficient[std::min(first + i, basis.texel_count() - 1) * values.size()];
     std::array<std::array<float, lanes>, 3> sum{};
     for (std::size_t m = 0; m < values.size(); ++m) {
       for (std::size_t i = 0; i < lanes; ++i) {
         for (int c = 0; c < 3; ++c) sum[c][i] += coefficient[i][m] * values[m][c];
       }
     }
-    for (std::size_t i = 0; i < lanes && first + i < basis.texels(); ++i) {
+    for (std::size_t i = 0; i < lanes && first + i < basis.texel_count(); ++i) {
       const V3f radiance(std::max(sum[0][i], 0.0F), std::max(sum[1][i], 0.0F), std::max(sum[2][i], 0.0F));
       const float* opacity = &levels_[k].dark.opacity()[(first + i) * fabric_.views.count()];
       result.push_back(radiance * interpolated(views, opacity));
@@ -393,7 +393,7 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
                 "there are no pairs to choose layers by; --quality paper needs none");
   }
   LayerFitter fitter;
-  const auto ok = result_of([&] {
+  const auto ok = catch_failure([&] {
     PairSamples pairs = validation;
     fitter.scale_radiance(samples, pairs, measured);
     FitResult dark = value_or_throw(fit(samples, header, options, {}, {}, dark_texel));
@@ -567,7 +567,7 @@ Result<LayerFit> LayerFitter::choose_for_file(double budget, const FabricWriteOp
   double best_size = 0;
   for (int i = 0; i < max_tries; ++i) {
     LayerFit chosen = choose(budget, overhead);
-    const auto counted = fabric_bytes(chosen.fabric, options);
+    const auto counted = fabric_file_bytes(chosen.fabric, options);
     if (!counted) return tl::unexpected(counted.error());
     const double size = static_cast<double>(*counted) + record;
     smallest = std::min(smallest, size);

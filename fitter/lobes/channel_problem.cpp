@@ -19,7 +19,7 @@ double energy_of(const TexelSamples& samples, int channel) {
       square[v] += static_cast<double>(r[v]) * static_cast<double>(r[v]);
     }
   }
-  return dot(square.data(), samples.weight.data(), square.size());
+  return dot(square.data(), samples.view_weights.data(), square.size());
 }
 
 double peak_of(const TexelSamples& samples, int channel) {
@@ -38,9 +38,9 @@ double peak_of(const TexelSamples& samples, int channel) {
 /// Damping and smoothness are in units of the mean over directions of the squared radiance.
 DirectionTableSystem view_table_system(const TexelSamples& samples, double energy,
                                        const DirectionTableOptions& options) {
-  const double weight = std::accumulate(samples.weight.begin(), samples.weight.end(), 0.0);
+  const double weight = std::accumulate(samples.view_weights.begin(), samples.view_weights.end(), 0.0);
   const double unit = weight > 0 ? energy / weight : 0;
-  return {samples.views, samples.grid, options.damping * unit, options.smoothness * unit};
+  return {samples.view_count, samples.grid, options.damping * unit, options.smoothness * unit};
 }
 
 /// The derivative of the model by an unknown, as a combination of `count` columns of LobeMoments from `first`
@@ -57,7 +57,7 @@ std::vector<Derivative> derivatives_of(const ChannelState& state) {
     const LobeShape& shape = state.shapes[j];
     const double scale = state.sizes[j + 1] * shape.exponent;
     const std::size_t first = 1 + 4 * j;
-    const std::size_t kept = longest(shape);
+    const std::size_t kept = longest_component(shape);
     derivatives.push_back({first, 3, shape.direction});
     for (const std::size_t column : {(kept + 1) % 3, (kept + 2) % 3, std::size_t{3}}) {
       derivatives.push_back({first + column, 1, {scale}});
@@ -84,7 +84,7 @@ DirectionTableSystem::DirectionTableSystem(std::size_t directions, const Directi
   }
 }
 
-void DirectionTableSystem::factor(const double* square) {
+void DirectionTableSystem::factorise(const double* square) {
   const std::size_t width = columns_ + 1;
   std::ranges::fill(band_, 0.0);
   for (std::size_t v = 0; v < count_; ++v) {
@@ -123,8 +123,8 @@ void DirectionTableSystem::solve(const double* cross, double* table) const {
   }
 }
 
-void DirectionTableSystem::subtract_eliminated(std::vector<double>& b, std::size_t count,
-                                               std::vector<double>& matrix) const {
+void DirectionTableSystem::form_schur_complement(std::vector<double>& b, std::size_t count,
+                                                 std::vector<double>& matrix) const {
   const std::size_t width = columns_ + 1;
   b.resize((count_ + columns_) * count, 0);
   for (std::size_t v = 0; v < count_; ++v) {
@@ -159,7 +159,7 @@ ChannelProblem::ChannelProblem(const TexelSamples& samples, int channel, const C
       channel_(channel),
       options_(options),
       energy_(energy_of(samples, channel)),
-      peak_(peak_of(samples, channel) * options.peak),
+      peak_(peak_of(samples, channel) * options.max_peak_ratio),
       ridge_(peak_ > 0 ? options.ridge * energy_ / (peak_ * peak_) : 0),
       system_(view_table_system(samples, energy_, options.table)),
       square_(samples.stride()),
@@ -167,7 +167,8 @@ ChannelProblem::ChannelProblem(const TexelSamples& samples, int channel, const C
       weights_(16 * samples.stride()) {
   for (const V3f& light : samples.lights) cosine_.push_back(light.z);
   factor_[0].assign(samples.stride(), 1);
-  for (std::size_t k = 0; k < 3; ++k) factor_[k + 1].assign(samples.view[k].begin(), samples.view[k].end());
+  for (std::size_t k = 0; k < 3; ++k)
+    factor_[k + 1].assign(samples.view_xyz[k].begin(), samples.view_xyz[k].end());
 }
 
 /// The basis function of a lobe is the combination sum_k d_k v_k of its first three columns.
@@ -185,13 +186,13 @@ void ChannelProblem::gather_bases(const ChannelState& state) {
     }
   };
   for (std::size_t a = 0; a < columns; ++a) {
-    std::copy_n(moments_.product(0, a), n, &products_[a * bases * n]);
-    const auto product = [&](std::size_t b) { return moments_.product(a, b); };
+    std::copy_n(moments_.column_moment(0, a), n, &products_[a * bases * n]);
+    const auto product = [&](std::size_t b) { return moments_.column_moment(a, b); };
     for (std::size_t j = 1; j < bases; ++j) combine(j - 1, product, &products_[(a * bases + j) * n]);
   }
-  const auto with_radiance = [&](std::size_t a) { return moments_.with_radiance(a); };
-  std::copy_n(with_radiance(0), n, basis_cross_.data());
-  for (std::size_t i = 1; i < bases; ++i) combine(i - 1, with_radiance, &basis_cross_[i * n]);
+  const auto radiance_moment = [&](std::size_t a) { return moments_.radiance_moment(a); };
+  std::copy_n(radiance_moment(0), n, basis_cross_.data());
+  for (std::size_t i = 1; i < bases; ++i) combine(i - 1, radiance_moment, &basis_cross_[i * n]);
   std::copy_n(products_.data(), n, basis_gram_.data());
   for (std::size_t i = 1; i < bases; ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
@@ -209,8 +210,8 @@ void ChannelProblem::solve_sizes(ChannelState& state) {
   double* weight_t = weights_.data();  // w T
   double* weight_tt = weight_t + n;    // w T^2
   for (std::size_t v = 0; v < n; ++v) {
-    const double t = v < samples_.views ? state.table[v] : 0;
-    weight_t[v] = samples_.weight[v] * t;
+    const double t = v < samples_.view_count ? state.table[v] : 0;
+    weight_t[v] = samples_.view_weights[v] * t;
     weight_tt[v] = weight_t[v] * t;
   }
   std::vector<double> gram(bases * bases);
@@ -268,9 +269,9 @@ void ChannelProblem::sum_model(const ChannelState& state) {
   for (std::size_t i = 0; i < bases; ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
       const double c = state.sizes[i] * state.sizes[j] * (i == j ? 1 : 2);
-      add_product(square_.data(), c, samples_.weight.data(), &basis_gram_[(i * bases + j) * n], n);
+      add_product(square_.data(), c, samples_.view_weights.data(), &basis_gram_[(i * bases + j) * n], n);
     }
-    add_product(cross_.data(), state.sizes[i], samples_.weight.data(), &basis_cross_[i * n], n);
+    add_product(cross_.data(), state.sizes[i], samples_.view_weights.data(), &basis_cross_[i * n], n);
   }
 }
 
@@ -282,12 +283,12 @@ void ChannelProblem::evaluate(ChannelState& state, int turns) {
     solve_sizes(state);
     if (!options_.view_table) break;
     sum_model(state);
-    system_.factor(square_.data());
+    system_.factorise(square_.data());
     system_.solve(cross_.data(), state.table.data());
   }
   if (turns == 0 || !options_.view_table) sum_model(state);
   state.error = energy_;
-  for (std::size_t v = 0; v < samples_.views; ++v) {
+  for (std::size_t v = 0; v < samples_.view_count; ++v) {
     const double t = state.table[v];
     state.error += t * (t * square_[v] - 2 * cross_[v]);
   }
@@ -308,7 +309,7 @@ NormalEquations ChannelProblem::column_equations(const ChannelState& state) {
   const std::size_t columns = moments_.columns();
   const std::size_t bases = state.sizes.size();
   std::vector<double> table(n, 0);
-  std::copy_n(state.table.begin(), samples_.views, table.begin());
+  std::copy_n(state.table.begin(), samples_.view_count, table.begin());
   const auto factor_of = [&](std::size_t column) { return factor_[column % 4].data(); };
 
   // w T^2 times the functions of the view of two columns, for every pair of functions.
@@ -319,14 +320,14 @@ NormalEquations ChannelProblem::column_equations(const ChannelState& state) {
     for (std::size_t q = p; q < 4; ++q) {
       double* to = weights_of(p, q);
       for (std::size_t v = 0; v < n; ++v) {
-        to[v] = samples_.weight[v] * table[v] * table[v] * factor_[p][v] * factor_[q][v];
+        to[v] = samples_.view_weights[v] * table[v] * table[v] * factor_[p][v] * factor_[q][v];
       }
     }
   }
   NormalEquations raw{std::vector<double>(columns * columns), std::vector<double>(columns)};
   for (std::size_t a = 0; a < columns; ++a) {
     for (std::size_t b = a; b < columns; ++b) {
-      raw.matrix[a * columns + b] = dot(weights_of(a, b), moments_.product(a, b), n);
+      raw.matrix[a * columns + b] = dot(weights_of(a, b), moments_.column_moment(a, b), n);
     }
   }
   std::vector<double> model(n);
@@ -337,14 +338,14 @@ NormalEquations ChannelProblem::column_equations(const ChannelState& state) {
       add_scaled(model.data(), state.sizes[i], &products_[(a * bases + i) * n], n);
     }
     const double* f = factor_of(a);
-    const double* radiance = moments_.with_radiance(a);
-    for (std::size_t v = 0; v < samples_.views; ++v) {
-      const double c = samples_.weight[v] * table[v] * f[v];
+    const double* radiance = moments_.radiance_moment(a);
+    for (std::size_t v = 0; v < samples_.view_count; ++v) {
+      const double c = samples_.view_weights[v] * table[v] * f[v];
       raw.gradient[a] += c * (table[v] * model[v] - radiance[v]);
       coupling_[v * columns + a] = c * model[v];
     }
   }
-  if (options_.view_table) system_.subtract_eliminated(coupling_, columns, raw.matrix);
+  if (options_.view_table) system_.form_schur_complement(coupling_, columns, raw.matrix);
   for (std::size_t a = 0; a < columns; ++a) {
     for (std::size_t b = 0; b < a; ++b) raw.matrix[a * columns + b] = raw.matrix[b * columns + a];
   }

@@ -34,12 +34,12 @@ class DirectionTableSystem {
   DirectionTableSystem(std::size_t directions, const DirectionGrid& grid, double d, double s);
 
   /// Factorises the system's matrix. `square`: [direction].
-  void factor(const double* square);
-  /// After factor(). T = 1 for a direction with square, d and s of 0. `cross`, `table`: [direction].
+  void factorise(const double* square);
+  /// After factorise(). T = 1 for a direction with square, d and s of 0. `cross`, `table`: [direction].
   void solve(const double* cross, double* table) const;
-  /// After factor(): subtracts b^T A^-1 b, A being the system's matrix, from the upper triangle of `matrix`
-  /// (row-major, count x count). b: [direction * count + column]; destroyed.
-  void subtract_eliminated(std::vector<double>& b, std::size_t count, std::vector<double>& matrix) const;
+  /// After factorise(): subtracts b^T A^-1 b, A being the system's matrix, from the upper triangle of
+  /// `matrix` (row-major, count x count). b: [direction * count + column]; destroyed.
+  void form_schur_complement(std::vector<double>& b, std::size_t count, std::vector<double>& matrix) const;
   /// d sum (T - 1)^2 + s sum (T_u - T_v)^2
   double penalty(const double* table) const;
 
@@ -61,7 +61,7 @@ struct ChannelOptions {
   /// Upper bound of a lobe, in units of the largest radiance over cosine (with a cosine of at least 0.25, as
   /// the ratio has no meaning near the texel's horizon). As l and v are unit vectors, the base of a lobe is
   /// at most max |d| = 1, and the bound holds in every direction, sampled or not.
-  double peak = 1;
+  double max_peak_ratio = 1;
   /// Penalty on (size / peak)^2, in units of the channel's squared radiance. So small that it affects only
   /// lobes that the data do not determine.
   double ridge = 1e-6;
@@ -91,7 +91,7 @@ class ChannelProblem {
   /// sum over views and lights of w r^2
   double energy() const { return energy_; }
   /// Upper bound of a lobe.
-  double peak() const { return peak_; }
+  double max_peak() const { return peak_; }
 
   /// Solves for the sizes and the table of a state alternately, `turns` times, and computes its error and
   /// cost. With `turns` = 0 sizes and table are kept.

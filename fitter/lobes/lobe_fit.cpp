@@ -27,7 +27,7 @@ bool is_fixed(const LobeBounds& bounds, const ChannelState& state, std::size_t u
 void move_state(const LobeBounds& bounds, const std::vector<double>& step, ChannelState& state) {
   state.sizes[0] = std::max(0.0, state.sizes[0] + step[0]);
   for (std::size_t j = 0; j < state.shapes.size(); ++j) {
-    const LobeStep lobe_step = LobeStep::from(&step[1 + LobeStep::unknowns * j]);
+    const LobeStep lobe_step = LobeStep::from_values(&step[1 + LobeStep::unknowns * j]);
     move_lobe(lobe_step, bounds, state.shapes[j], state.sizes[j + 1]);
   }
 }
@@ -37,7 +37,7 @@ ChannelState diffuse_state(const TexelSamples& samples, int lobes) {
   ChannelState state;
   state.shapes.resize(lobes);
   state.sizes.assign(lobes + 1, 0);
-  state.table.assign(samples.views, 1);
+  state.table.assign(samples.view_count, 1);
   return state;
 }
 
@@ -75,8 +75,8 @@ SearchResult search_lobes(ChannelProblem& problem, StartSearch& search, int chan
 
 }  // namespace
 
-ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelState& state,
-                       const ChannelProblem& problem) {
+ChannelFit to_channel_fit(const TexelSamples& samples, int channel, const ChannelState& state,
+                          const ChannelProblem& problem) {
   const double scale = samples.scale[channel];
   ChannelFit fit;
   fit.error = state.error * scale * scale;
@@ -86,9 +86,9 @@ ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelSt
   // Scales T to mean 1, and lobes by the inverse: their product is unchanged.
   double sum = 0;
   double weight = 0;
-  for (std::size_t v = 0; v < samples.views; ++v) {
-    sum += samples.weight[v] * state.table[v];
-    weight += samples.weight[v];
+  for (std::size_t v = 0; v < samples.view_count; ++v) {
+    sum += samples.view_weights[v] * state.table[v];
+    weight += samples.view_weights[v];
   }
   const double mean = sum > 0 ? sum / weight : 1;
   for (double& t : fit.table) t /= mean;
@@ -169,7 +169,7 @@ std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOp
       end = search_lobes(problem, search, c, options.lobes, options, best);
       ++end.evaluations;
     }
-    fits[c] = channel_fit(samples, c, best, problem);
+    fits[c] = to_channel_fit(samples, c, best, problem);
     fits[c].iterations = end.evaluations;
     fits[c].converged = end.converged;
   }

@@ -38,8 +38,8 @@ struct SearchResult {
 SearchResult minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_evaluations);
 
 /// Converts a state to parameters of the fabric, unscaled and with a normalised table.
-ChannelFit channel_fit(const TexelSamples& samples, int channel, const ChannelState& state,
-                       const ChannelProblem& problem);
+ChannelFit to_channel_fit(const TexelSamples& samples, int channel, const ChannelState& state,
+                          const ChannelProblem& problem);
 
 /// Fits all three channels. Parameters and table are finite for any samples.
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options);

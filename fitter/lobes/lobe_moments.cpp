@@ -47,7 +47,7 @@ struct Body {
                                    std::size_t first, std::size_t count, float* to) {
     std::array<Floats, 3> d;
     for (std::size_t k = 0; k < 3; ++k) {
-      L::load(job.samples.view[k].data() + view, d[k]);
+      L::load(job.samples.view_xyz[k].data() + view, d[k]);
       d[k] *= static_cast<float>(shape.direction[k]);
     }
     const auto less = static_cast<float>(shape.exponent - 1);

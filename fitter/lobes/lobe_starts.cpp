@@ -90,7 +90,7 @@ bool same_directions(const Candidate& a, const Candidate& b) {
 }  // namespace
 
 void StartSearch::set(const TexelSamples& samples) {
-  views_ = samples.views;
+  views_ = samples.view_count;
   // Half of the lights, in a pattern without a direction (Thue-Morse).
   std::vector<std::size_t> lights;
   for (std::size_t l = 0; l < samples.lights.size(); ++l) {
@@ -105,7 +105,7 @@ void StartSearch::set(const TexelSamples& samples) {
   for (std::vector<double>& row : products_) row.clear();
   std::vector<float> root(views);
   std::vector<float> weight(views);
-  for (std::size_t v = 0; v < views; ++v) root[v] = static_cast<float>(std::sqrt(samples.weight[v]));
+  for (std::size_t v = 0; v < views; ++v) root[v] = static_cast<float>(std::sqrt(samples.view_weights[v]));
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const V3f& light = samples.lights[lights[i]];
     for (std::size_t v = 0; v < views; ++v) weight[v] = root[v] * light.z;
@@ -118,8 +118,8 @@ void StartSearch::set(const TexelSamples& samples) {
       const Direction& e = dictionary()[d];
       const V3f direction =
           light * V3f(static_cast<float>(e.x), static_cast<float>(e.y), static_cast<float>(e.z));
-      fill_powers(samples.view[0].data(), samples.view[1].data(), samples.view[2].data(), direction,
-                  weight.data(), views, size_, &columns_[(1 + d * exponents) * size_ + i * views]);
+      fill_powers(samples.view_xyz[0].data(), samples.view_xyz[1].data(), samples.view_xyz[2].data(),
+                  direction, weight.data(), views, size_, &columns_[(1 + d * exponents) * size_ + i * views]);
     }
   }
 }

@@ -5,7 +5,7 @@
 
 namespace selvedge {
 
-std::size_t longest(const LobeShape& shape) {
+std::size_t longest_component(const LobeShape& shape) {
   std::size_t at = 0;
   for (std::size_t k = 1; k < 3; ++k) {
     if (std::abs(shape.direction[k]) > std::abs(shape.direction[at])) at = k;
@@ -15,13 +15,13 @@ std::size_t longest(const LobeShape& shape) {
 
 void move_lobe(const LobeStep& step, const LobeBounds& bounds, LobeShape& shape, double& size) {
   constexpr double max_log_step = 1.5;
-  const std::size_t kept = longest(shape);
+  const std::size_t kept = longest_component(shape);
   shape.direction[(kept + 1) % 3] += step.direction[0];
   shape.direction[(kept + 2) % 3] += step.direction[1];
   shape.exponent =
       std::clamp(shape.exponent * std::exp(std::clamp(step.log_exponent, -max_log_step, max_log_step)),
                  bounds.min_exponent, bounds.max_exponent);
-  const double length = std::abs(shape.direction[longest(shape)]);
+  const double length = std::abs(shape.direction[longest_component(shape)]);
   for (double& d : shape.direction) d /= length;
   size = std::clamp((size + step.size) * std::pow(length, shape.exponent), 0.0, bounds.max_size);
 }

@@ -32,11 +32,11 @@ class LobeMoments {
 
   std::size_t columns() const { return columns_; }
   /// sum over lights of column a times column b
-  const double* product(std::size_t a, std::size_t b) const {
+  const double* column_moment(std::size_t a, std::size_t b) const {
     return sums_.data() + (a <= b ? index(a, b) : index(b, a)) * stride_;
   }
   /// sum over lights of column a times radiance
-  const double* with_radiance(std::size_t a) const { return sums_.data() + index(a, columns_) * stride_; }
+  const double* radiance_moment(std::size_t a) const { return sums_.data() + index(a, columns_) * stride_; }
 
  private:
   std::size_t index(std::size_t a, std::size_t b) const { return a * (2 * columns_ + 3 - a) / 2 + b - a; }
@@ -61,11 +61,11 @@ struct LobeStep {
   std::array<double, 2> direction{};  ///< the two components after the longest, cyclic; the longest is fixed
   double log_exponent = 0;
 
-  static LobeStep from(const double* values) { return {values[0], {values[1], values[2]}, values[3]}; }
+  static LobeStep from_values(const double* values) { return {values[0], {values[1], values[2]}, values[3]}; }
 };
 
 /// The direction's component of largest magnitude.
-std::size_t longest(const LobeShape& shape);
+std::size_t longest_component(const LobeShape& shape);
 
 /// Applies the step within the bounds, and normalises the direction, whose length goes into the size.
 void move_lobe(const LobeStep& step, const LobeBounds& bounds, LobeShape& shape, double& size);

@@ -11,7 +11,7 @@ double coded_bytes(const std::vector<float>& values, std::size_t channels, std::
   ExrPart part;
   part.width = static_cast<int>(width);
   part.height = static_cast<int>(values.size() / channels / width);
-  part.mipmapped = true;
+  part.has_mipmaps = true;
   part.channels.resize(channels);
   ExrPixels pixels{part.width, part.height, std::vector<std::vector<float>>(channels)};
   for (std::size_t i = 0; i < values.size(); ++i) pixels.planes[i % channels].push_back(values[i]);

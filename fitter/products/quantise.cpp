@@ -95,7 +95,7 @@ std::vector<std::size_t> strong_pairs(const BasisFit& basis, const Quantisation&
   const std::size_t count = basis.pairs.size();
   std::vector<double> power(count, 0);
   double used = 0;
-  for (std::size_t t = 0; t < basis.texels(); ++t) {
+  for (std::size_t t = 0; t < basis.texel_count(); ++t) {
     const float* c = &basis.coefficient[t * count];
     used += std::any_of(c, c + count, [](float value) { return value != 0; }) ? 1 : 0;
     for (std::size_t m = 0; m < count; ++m) power[m] += static_cast<double>(c[m] * c[m]);
@@ -118,7 +118,7 @@ BasisFit quantise(const BasisFit& basis, const Quantisation& options) {
   const std::vector<std::size_t> kept = strong_pairs(basis, options);
   const std::size_t all = basis.pairs.size();
   const std::size_t count = kept.size();
-  const std::size_t texels = basis.texels();
+  const std::size_t texels = basis.texel_count();
   const auto steps_of = [&](std::size_t texel, std::size_t m) {
     return basis.coefficient[texel * all + kept[m]] / options.step;
   };
@@ -130,20 +130,20 @@ BasisFit quantise(const BasisFit& basis, const Quantisation& options) {
     }
   }
   for (int pass = 0; pass < passes; ++pass) {
-    const Costs costs(numbers, count, options.width, options.price);
+    const Costs costs(numbers, count, options.row_texels, options.bit_cost);
     parallel_for(0, static_cast<int>(count), [&](std::size_t m) {
-      std::vector<float> values(options.width);
-      std::vector<int> row(options.width);
-      for (std::size_t first = 0; first < texels; first += options.width) {
-        for (std::size_t x = 0; x < options.width; ++x) values[x] = steps_of(first + x, m);
+      std::vector<float> values(options.row_texels);
+      std::vector<int> row(options.row_texels);
+      for (std::size_t first = 0; first < texels; first += options.row_texels) {
+        for (std::size_t x = 0; x < options.row_texels; ++x) values[x] = steps_of(first + x, m);
         find_cheapest(values, costs, row);
-        for (std::size_t x = 0; x < options.width; ++x) numbers[(first + x) * count + m] = row[x];
+        for (std::size_t x = 0; x < options.row_texels; ++x) numbers[(first + x) * count + m] = row[x];
       }
     });
   }
   BasisFit result;
-  result.view = basis.view;
-  result.light = basis.light;
+  result.view_functions = basis.view_functions;
+  result.light_functions = basis.light_functions;
   for (const std::size_t m : kept) result.pairs.push_back(basis.pairs[m]);
   for (const int number : numbers) result.coefficient.push_back(options.step * static_cast<float>(number));
   return result;

@@ -13,8 +13,8 @@ struct Quantisation {
   /// Pairs of functions are dropped if the root mean square of their coefficients is below this many steps.
   float min_rms = 0;
   /// Cost of a bit, in squared steps of error. 0: plain rounding.
-  float price = 0;
-  std::size_t width = 1;  ///< texels of a row
+  float bit_cost = 0;
+  std::size_t row_texels = 1;  ///< texels of a row
 };
 
 /// Number of pairs of functions that quantise() keeps.

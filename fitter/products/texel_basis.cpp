@@ -37,7 +37,7 @@ void add_projections(std::span<const float> values, const float* functions, std:
 /// l_z of each value of a function of the light, [3 * light + channel].
 std::vector<double> cosines_of(const DirectionGrid& lights) {
   std::vector<double> cosines;
-  for (const V3f& l : directions_of(lights)) cosines.insert(cosines.end(), 3, static_cast<double>(l.z));
+  for (const V3f& l : cell_directions(lights)) cosines.insert(cosines.end(), 3, static_cast<double>(l.z));
   return cosines;
 }
 
@@ -170,20 +170,21 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, const 
     for (std::size_t i = 0; i < of_views.size(); ++i) of_views[i] += across[i];
   }
   BasisFit shared;
-  shared.view = stored(principal_components(of_views, views, max_view), std::sqrt(static_cast<double>(views)),
-                       view_step);
+  shared.view_functions = stored(principal_components(of_views, views, max_view),
+                                 std::sqrt(static_cast<double>(views)), view_step);
   const std::vector<double> cosine = cosines_of(lights);
   std::vector<std::vector<double>> light = principal_components(of_lights, values, max_light);
   for (auto& psi : light) {
     for (std::size_t i = 0; i < values; ++i) psi[i] /= cosine[i];
   }
-  shared.light = stored(light, 1, light_step);
+  shared.light_functions = stored(light, 1, light_step);
   std::vector<float> seen_light;  // l_z psi_b, [value][b]
   for (std::size_t i = 0; i < values; ++i) {
-    for (const auto& psi : shared.light) seen_light.push_back(psi[i] * static_cast<float>(cosine[i]));
+    for (const auto& psi : shared.light_functions)
+      seen_light.push_back(psi[i] * static_cast<float>(cosine[i]));
   }
-  for (std::size_t a = 0; a < shared.view.size(); ++a) {
-    for (std::size_t b = 0; b < shared.light.size(); ++b) {
+  for (std::size_t a = 0; a < shared.view_functions.size(); ++a) {
+    for (std::size_t b = 0; b < shared.light_functions.size(); ++b) {
       shared.pairs.emplace_back(static_cast<int>(a), static_cast<int>(b));
     }
   }
@@ -193,7 +194,7 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, const 
     const std::size_t count = shared.pairs.size();
     basis.coefficient.resize(level.texels() * count);
     parallel_for(0, level.texels(), [&](std::size_t t) {
-      const RowMajor fitted = fit_texel(level, t, shared.view, seen_light);
+      const RowMajor fitted = fit_texel(level, t, shared.view_functions, seen_light);
       for (std::size_t m = 0; m < count; ++m) {
         basis.coefficient[t * count + m] = static_cast<float>(fitted.data()[m]);
       }
@@ -205,7 +206,7 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, const 
 
 void scale_light(std::vector<BasisFit>& fits, const V3d& factor) {
   for (BasisFit& fit : fits) {
-    for (std::vector<float>& psi : fit.light) {
+    for (std::vector<float>& psi : fit.light_functions) {
       for (std::size_t i = 0; i < psi.size(); ++i) {
         psi[i] = rounded(static_cast<double>(psi[i]) * factor[static_cast<int>(i % 3)], light_step);
       }
@@ -219,7 +220,7 @@ float coefficient_scale(const BasisFit& basis) {
   for (std::size_t m = 0; m < count; ++m) {
     double power = 0;
     double used = 0;
-    for (std::size_t t = 0; t < basis.texels(); ++t) {
+    for (std::size_t t = 0; t < basis.texel_count(); ++t) {
       const auto c = static_cast<double>(basis.coefficient[t * count + m]);
       power += c * c;
       used += c != 0 ? 1 : 0;

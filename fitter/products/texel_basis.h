@@ -11,11 +11,12 @@ namespace selvedge {
 
 /// Shared functions, and coefficients of their products for every texel.
 struct BasisFit {
-  std::vector<std::vector<float>> view;   ///< phi_a, [a][view], mean square 1
-  std::vector<std::vector<float>> light;  ///< psi_b, [b][3 * light + channel]; l_z psi_b is about unit
-  std::vector<V2i> pairs;                 ///< (a, b) of product m
-  std::vector<float> coefficient;         ///< [texel * pairs.size() + m]
-  std::size_t texels() const { return pairs.empty() ? 0 : coefficient.size() / pairs.size(); }
+  std::vector<std::vector<float>> view_functions;  ///< phi_a, [a][view], mean square 1
+  std::vector<std::vector<float>>
+      light_functions;             ///< psi_b, [b][3 * light + channel]; l_z psi_b is about unit
+  std::vector<V2i> pairs;          ///< (a, b) of product m
+  std::vector<float> coefficient;  ///< [texel * pairs.size() + m]
+  std::size_t texel_count() const { return pairs.empty() ? 0 : coefficient.size() / pairs.size(); }
 };
 
 /// The best `max_view` x `max_light` separable functions for all levels together (a

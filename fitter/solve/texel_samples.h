@@ -15,21 +15,21 @@ struct TexelSamples {
   /// Views are padded to whole groups of this many; the padding has weight 0 and radiance 0.
   static constexpr std::size_t lanes = 16;
 
-  std::vector<V3f> lights;                 ///< z > 0
-  std::vector<std::uint32_t> light_index;  ///< of each of `lights`, among all lights
-  std::array<std::vector<float>, 3> view;  ///< x, y and z of each view; padded
+  std::vector<V3f> lights;                     ///< z > 0
+  std::vector<std::uint32_t> light_index;      ///< of each of `lights`, among all lights
+  std::array<std::vector<float>, 3> view_xyz;  ///< x, y and z of each view; padded
   /// Opacity per view, padded: a mip texel then has the minimiser of its children.
-  std::vector<double> weight;
+  std::vector<double> view_weights;
   /// Per colour channel, radiance[c][light * stride() + view], in units of scale[c].
   std::array<std::vector<float>, 3> radiance;
   /// A power of two per channel for which radiance is at most 1, so that single precision does not overflow.
   std::array<double, 3> scale{1, 1, 1};
-  std::size_t views = 0;
+  std::size_t view_count = 0;
   /// Layout of the views, which defines neighbours; 0 x 0: no neighbours.
   DirectionGrid grid{0, 0};
   double energy_below_horizon = 0;  ///< weighted squared radiance below the horizon, all channels, unscaled
 
-  std::size_t stride() const { return weight.size(); }
+  std::size_t stride() const { return view_weights.size(); }
 };
 
 /// Directions of a texel's samples, not in the texel's frame.

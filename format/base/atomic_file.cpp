@@ -118,7 +118,7 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   }
 }
 
-const std::string& AtomicFile::temporary() const { return unfinished_->temporary; }
+const std::string& AtomicFile::temporary_path() const { return unfinished_->temporary; }
 
 Result<void> AtomicFile::commit() {
   const auto unfinished = std::move(unfinished_);
@@ -140,7 +140,7 @@ Result<void> commit_all(std::vector<AtomicFile> files) {
 Result<AtomicFile> stage_file(const std::string& path, std::span<const std::uint8_t> bytes) {
   auto file = AtomicFile::create(path);
   if (!file) return file;
-  std::FILE* out = std::fopen(file->temporary().c_str(), "wb");
+  std::FILE* out = std::fopen(file->temporary_path().c_str(), "wb");
   const bool opened = out != nullptr;
   const bool written = opened && std::fwrite(bytes.data(), 1, bytes.size(), out) == bytes.size();
   const bool closed = opened && std::fclose(out) == 0;

@@ -23,7 +23,7 @@ class AtomicFile {
 
   const std::string& path() const { return path_; }
   /// The temporary file, in the same folder as path(). Not after commit().
-  const std::string& temporary() const;
+  const std::string& temporary_path() const;
   /// Renames the temporary file to path(), replacing an existing file.
   Result<void> commit();
 

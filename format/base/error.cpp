@@ -96,7 +96,7 @@ std::string to_line(const Error& error) {
   for (char& c : line) {
     if (c == '\n' || c == '\r' || c == '\t') c = ' ';
   }
-  return fmt::format("{} [{}]", printable(line), name_of(error.code));
+  return fmt::format("{} [{}]", escape_unprintable(line), name_of(error.code));
 }
 
 }  // namespace selvedge

@@ -82,7 +82,7 @@ struct Error {
   std::string message;  ///< the reason, without a full stop
 };
 
-/// "file: place: message [CODE]", always a single line, escaped by printable().
+/// "file: place: message [CODE]", always a single line, escaped by escape_unprintable().
 std::string to_line(const Error& error);
 
 /// The faults of a file, in the order in which they were found.

@@ -9,7 +9,7 @@
 
 namespace selvedge {
 
-std::string_view foreign_kind(std::string_view bytes) {
+std::string_view foreign_file_message(std::string_view bytes) {
   using Kind = std::pair<std::string_view, std::string_view>;
   constexpr std::string_view unpack = "is a compressed archive: unpack it first";
   constexpr std::string_view fbx = "is FBX: import it in Blender, and export it as glTF";
@@ -62,11 +62,11 @@ std::string_view foreign_kind(std::string_view bytes) {
   return std::min(end, text.size()) >= longest_word ? base64 : "";
 }
 
-std::string_view foreign_kind(const InputFile& file) {
+std::string_view foreign_file_message(const InputFile& file) {
   std::array<std::uint8_t, 256> head{};
   const std::size_t size = std::min<std::size_t>(head.size(), file.size());
   if (!file.read(0, std::span(head).first(size))) return "";
-  return foreign_kind({reinterpret_cast<const char*>(head.data()), size});
+  return foreign_file_message({reinterpret_cast<const char*>(head.data()), size});
 }
 
 }  // namespace selvedge

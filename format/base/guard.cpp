@@ -19,7 +19,7 @@ Error thrown_error(const std::string& file) {
   } catch (const std::length_error&) {
     return error(Code::file_too_large, "needs more memory than there can be");
   } catch (const std::exception& thrown) {
-    return error(Code::file_unreadable, reason_of(thrown));
+    return error(Code::file_unreadable, exception_message(thrown));
   } catch (...) {
     return error(Code::file_unreadable, "cannot be read");
   }

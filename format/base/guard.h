@@ -3,10 +3,10 @@
 // Result<T> (error.h): what a library's header declares for other libraries, programs and tests returns a
 // Result if it can fail. Failure: within one library or program, work of many steps throws it at the first
 // error: private functions and classes, and what says so in a header. value_or_throw() goes from a Result to
-// it, result_of() back: an exported function of many steps is `return result_of([&] { ... })`. A verb of a
-// program may throw; Program catches it. guarded(): turns exceptions of third-party libraries too,
-// std::bad_alloc included, into Errors. For the entry points of programs and of the installed library; an
-// exception that reaches another caller is a bug, which the fuzz targets report. In WebAssembly nothing is
+// it, catch_failure() back: an exported function of many steps is `return catch_failure([&] { ... })`. A verb
+// of a program may throw; Program catches it. catch_exceptions(): turns exceptions of third-party libraries
+// too, std::bad_alloc included, into Errors. For the entry points of programs and of the installed library;
+// an exception that reaches another caller is a bug, which the fuzz targets report. In WebAssembly nothing is
 // caught: the host gets what is thrown, and the instance ends (converter/web); nothing may run after it.
 #pragma once
 
@@ -24,7 +24,7 @@ struct Failure {
 };
 
 /// The value of `result`; throws its error as a Failure. Only where a caller catches it, as
-/// guarded() does: no Failure leaves a library.
+/// catch_exceptions() does: no Failure leaves a library.
 template <class T>
 T value_or_throw(Result<T> result) {
   if (!result) throw Failure{std::move(result.error())};
@@ -41,7 +41,7 @@ struct AsResult<Result<T>> {
 };
 /// The value of `work`, or the error of its result or Failure. Other exceptions go on.
 template <class F, class R = typename AsResult<std::invoke_result_t<F>>::Type>
-R result_of(const F& work) {
+R catch_failure(const F& work) {
   try {
     if constexpr (!std::is_void_v<std::invoke_result_t<F>>) return work();
     work();
@@ -53,7 +53,7 @@ R result_of(const F& work) {
 
 /// The value of `work`; its Failure is rethrown with the error that `change` makes of it.
 template <class F, class Change>
-std::invoke_result_t<F> changing_failures(const F& work, const Change& change) {
+std::invoke_result_t<F> map_failure(const F& work, const Change& change) {
   try {
     return work();
   } catch (const Failure& failure) {
@@ -67,7 +67,7 @@ Error thrown_error(const std::string& file);
 
 /// The result of `work`, a Result; thrown_error() if it throws.
 template <class F>
-std::invoke_result_t<F> guarded(const std::string& file, const F& work) {
+std::invoke_result_t<F> catch_exceptions(const std::string& file, const F& work) {
   try {
     return work();
   } catch (...) {

@@ -21,9 +21,9 @@ class IssueSink {
   void add(Error issue);
   void add(const Issues& issues);
 
-  bool has_error() const { return errors() > 0; }
+  bool has_error() const { return error_count() > 0; }
   /// Number of errors so far, including those that are only counted.
-  std::size_t errors() const { return kinds_[0].count; }
+  std::size_t error_count() const { return kinds_[0].count; }
   /// Precondition: has_error().
   Error first_error() const;
 

@@ -73,7 +73,7 @@ class JsonBuilder : public nlohmann::detail::json_sax_dom_parser<json> {
     if (is_new) return;
     std::string place;
     for (const Level& level : open_)
-      place = pointer_to(place, level.is_array ? std::to_string(level.count - 1) : level.step);
+      place = member_pointer(place, level.is_array ? std::to_string(level.count - 1) : level.step);
     throw JsonFault{JsonFault::Kind::repeated, place};
   }
 
@@ -102,7 +102,7 @@ json parse_json(std::string_view text) {
   }
 }
 
-std::string line_of(std::string_view text, std::size_t byte) {
+std::string line_and_column(std::string_view text, std::size_t byte) {
   const std::string_view before = text.substr(0, std::min(byte > 0 ? byte - 1 : 0, text.size()));
   const auto line = std::ranges::count(before, '\n') + 1;
   const std::size_t start = before.rfind('\n');
@@ -110,14 +110,14 @@ std::string line_of(std::string_view text, std::size_t byte) {
   return fmt::format("line {}, column {}", line, column);
 }
 
-std::string reason_of(const std::exception& error) {
+std::string exception_message(const std::exception& error) {
   const std::string_view what = error.what();
   // "[json.exception.type_error.302] type must be string, but is number"
   const std::size_t end = what.starts_with("[json.exception.") ? what.find("] ") : std::string_view::npos;
   return std::string(end == std::string_view::npos ? what : what.substr(end + 2));
 }
 
-std::string pointer_to(const std::string& object, const std::string& name) {
+std::string member_pointer(const std::string& object, const std::string& name) {
   std::string pointer = object + "/";
   for (const char c : name) {
     if (c == '~') {

@@ -35,12 +35,12 @@ nlohmann::json parse_json(std::string_view text, JsonLimits& limits);
 nlohmann::json parse_json(std::string_view text);
 
 /// "line 2, column 5" of a byte counted from 1, as nlohmann-json counts.
-std::string line_of(std::string_view text, std::size_t byte);
+std::string line_and_column(std::string_view text, std::size_t byte);
 
 /// The message of an exception, without nlohmann-json's number before it.
-std::string reason_of(const std::exception& error);
+std::string exception_message(const std::exception& error);
 
 /// The JSON pointer to the member `name` of the object at pointer `object`; escapes "/" and "~" of the name.
-std::string pointer_to(const std::string& object, const std::string& name);
+std::string member_pointer(const std::string& object, const std::string& name);
 
 }  // namespace selvedge

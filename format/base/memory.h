@@ -8,7 +8,7 @@
 namespace selvedge {
 
 /// Bytes that reading and drawing a file may take.
-inline constexpr std::uint64_t default_memory = std::uint64_t{1} << 32;
+inline constexpr std::uint64_t default_memory_limit = std::uint64_t{1} << 32;
 
 /// Sums prices up to a limit.
 class MemoryAccount {
@@ -16,12 +16,12 @@ class MemoryAccount {
   explicit MemoryAccount(std::uint64_t limit) : limit_(limit), left_(limit) {}
 
   /// Takes `count` times `price`; false, with nothing left from then on, if that is more than there is.
-  bool take(std::uint64_t count, std::uint64_t price) {
+  bool try_reserve(std::uint64_t count, std::uint64_t price) {
     const bool enough = price == 0 || count <= left_ / price;
     left_ = enough ? left_ - count * price : 0;
     return enough;
   }
-  std::uint64_t left() const { return left_; }
+  std::uint64_t remaining_bytes() const { return left_; }
   std::uint64_t limit() const { return limit_; }
 
  private:
@@ -30,7 +30,7 @@ class MemoryAccount {
 };
 
 /// FILE_TOO_LARGE of `place`: `what` of it do not fit into the memory that is allowed.
-Error beyond_memory(const std::string& file, const std::string& place, const std::string& what,
-                    std::uint64_t limit);
+Error memory_limit_error(const std::string& file, const std::string& place, const std::string& what,
+                         std::uint64_t limit);
 
 }  // namespace selvedge

@@ -17,7 +17,7 @@ thread_local bool within_loop = false;
 
 }  // namespace
 
-void set_threads(int threads) { limit = threads; }
+void set_thread_limit(int threads) { limit = threads; }
 
 int thread_count() {
   const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
@@ -61,7 +61,7 @@ std::unique_ptr<tbb::global_control>& limit() {
 
 }  // namespace
 
-void set_threads(int threads) {
+void set_thread_limit(int threads) {
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
   limit().reset();

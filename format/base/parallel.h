@@ -6,7 +6,7 @@
 namespace selvedge {
 
 /// Limits the threads of parallel_for() in the whole process; 0 means all cores. Not thread-safe.
-void set_threads(int threads);
+void set_thread_limit(int threads);
 
 /// Number of threads that parallel_for() may use.
 int thread_count();

@@ -49,8 +49,8 @@ std::string escape(std::string_view text, bool controls) {
 
 }  // namespace
 
-std::string as_utf8(std::string_view text) { return escape(text, false); }
+std::string escape_invalid_utf8(std::string_view text) { return escape(text, false); }
 
-std::string printable(std::string_view text) { return escape(text, true); }
+std::string escape_unprintable(std::string_view text) { return escape(text, true); }
 
 }  // namespace selvedge

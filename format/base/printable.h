@@ -8,10 +8,11 @@ namespace selvedge {
 
 /// Replaces each byte that is not valid UTF-8 (RFC 3629) by "\xNN". For JSON, which escapes the others
 /// itself.
-std::string as_utf8(std::string_view text);
+std::string escape_invalid_utf8(std::string_view text);
 
-/// As as_utf8(), for a terminal or a log: control characters (C0, DEL, C1) except line ends and tabs become
+/// As escape_invalid_utf8(), for a terminal or a log: control characters (C0, DEL, C1) except line ends and
+/// tabs become
 /// "\xNN" as well.
-std::string printable(std::string_view text);
+std::string escape_unprintable(std::string_view text);
 
 }  // namespace selvedge

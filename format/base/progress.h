@@ -17,12 +17,12 @@ using Progress = std::function<void(double)>;
 using ProgressSink = std::function<void(const std::string&, double)>;
 extern thread_local std::shared_ptr<const ProgressSink> progress_sink;
 
-/// Seconds since it was made, or since the last add_to().
+/// Seconds since it was made, or since the last add_lap().
 class Stopwatch {
  public:
   double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
   /// Adds the time to one of several stages, and begins again.
-  void add_to(double& stage) {
+  void add_lap(double& stage) {
     const Clock::time_point now = Clock::now();
     stage += std::chrono::duration<double>(now - std::exchange(start_, now)).count();
   }

@@ -13,7 +13,7 @@ template <class T>
 class ScratchPool {
  public:
   /// An object with whatever its last user left in it.
-  std::shared_ptr<T> lend() {
+  std::shared_ptr<T> acquire() {
     const std::scoped_lock lock(mutex_);
     std::unique_ptr<T> object = unused_.empty() ? std::make_unique<T>() : std::move(unused_.back());
     if (!unused_.empty()) unused_.pop_back();

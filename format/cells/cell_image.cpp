@@ -18,7 +18,8 @@ float pixel_width(const V2f& period, const CellSize& size) {
   const auto wide = [](float length, int pixel, int samples) {
     return length * static_cast<float>(pixel) / static_cast<float>(samples);
   };
-  return std::min(wide(period.x, size.pixel.x, size.samples.x), wide(period.y, size.pixel.y, size.samples.y));
+  return std::min(wide(period.x, size.pixel_samples.x, size.repeat_samples.x),
+                  wide(period.y, size.pixel_samples.y, size.repeat_samples.y));
 }
 
 /// Collects the visible points of an image and shades them.
@@ -28,8 +29,8 @@ class PointShader {
       : job_(job), slope_(slope), seen_(seen), scratch_(scratch), period_(job.yarn.yarns().period()) {}
 
   void shade_all() {
-    const int together = job_.view.shaded_together;
-    if (together > 1) scratch_.owners.assign(job_.view.size.count(), 0);
+    const int together = job_.view.shading_block;
+    if (together > 1) scratch_.shaded_samples.assign(job_.view.size.count(), 0);
     for (int row = 0; row < seen_.height; row += together) {
       for (int column = 0; column < seen_.width; column += together) {
         if (together == 1)
@@ -74,7 +75,8 @@ class PointShader {
     if (std::abs(piece - shared.piece) > 2) return false;
     const Yarns::Segment& a = job_.pieces.segments[shared.piece];
     const Yarns::Segment& b = job_.pieces.segments[piece];
-    return a.curve == b.curve && a.rows.first == b.rows.first && std::abs(depth - shared.depth) < a.radius;
+    return a.curve == b.curve && a.rows.first_row == b.rows.first_row &&
+           std::abs(depth - shared.depth) < a.radius;
   }
 
   void add_block(const V2i& begin, const V2i& end) {
@@ -90,7 +92,7 @@ class PointShader {
         while (k < count && !belongs(all[k], seen_.piece[i], depth)) ++k;
         if (k == max_shared) {
           add_sample(column, row);
-          scratch_.owners[at] = at;
+          scratch_.shaded_samples[at] = at;
           continue;
         }
         Shared& shared = all[k];
@@ -100,7 +102,7 @@ class PointShader {
           shared.depth = depth;
           shared.texel = at;
         }
-        scratch_.owners[at] = shared.texel;
+        scratch_.shaded_samples[at] = shared.texel;
         shared.place += V2f(V2i(column, row));
         shared.sum += depth;
         ++shared.count;
@@ -115,21 +117,22 @@ class PointShader {
 
   /// Samples show what was shaded for them.
   void give_to_all() {
-    const auto planes = static_cast<std::size_t>(job_.view.planes);
+    const auto planes = static_cast<std::size_t>(job_.view.plane_count);
     for (int row = 0; row < seen_.height; ++row) {
       for (int column = 0; column < seen_.width; ++column) {
         const std::uint32_t at = texel(column, row);
         if (seen_.z[index(column, row)] > no_depth)
-          std::copy_n(&scratch_.raw[scratch_.owners[at] * planes], planes, &scratch_.raw[at * planes]);
+          std::copy_n(&scratch_.samples[scratch_.shaded_samples[at] * planes], planes,
+                      &scratch_.samples[at * planes]);
       }
     }
   }
 
   void add(std::int32_t piece, const V2f& place, float depth, std::uint32_t to) {
     const Yarns::Segment& s = job_.pieces.segments[piece];
-    const float above = depth - job_.yarn.plane();
+    const float above = depth - job_.yarn.reference_height();
     const auto beside = [&](int axis, float along) {
-      const float at = (static_cast<float>(seen_.first[axis]) + place[axis]) * period_[axis] /
+      const float at = (static_cast<float>(seen_.window_origin[axis]) + place[axis]) * period_[axis] /
                            static_cast<float>(seen_.period[axis]) +
                        slope_[axis] * above - s.start[axis];
       return at - std::floor((at - along / 2) / period_[axis] + 0.5F) * period_[axis];
@@ -140,11 +143,11 @@ class PointShader {
     batch_.z[i] = depth - s.start.z;
     batch_.piece[i] = piece;
     batch_.texel[i] = to;
-    if (batch_.count == ShadingBatch::size) flush();
+    if (batch_.count == ShadingBatch::capacity) flush();
   }
 
   void flush() {
-    shade(job_, batch_, scratch_.raw.data());
+    shade(job_, batch_, scratch_.samples.data());
     batch_.count = 0;
   }
 
@@ -173,35 +176,35 @@ SELVEDGE_INLINE CellTexel pack(const Quad& value) {
 /// cache.
 void filter_planes(const CellView& view, const Quad& scale, CellScratch& scratch, CellImage& image) {
   const CellSize& size = view.size;
-  const int planes = view.planes;
-  const int lines = size.made().y;
-  const int columns = size.made().x * planes;
+  const int planes = view.plane_count;
+  const int lines = size.rendered_samples().y;
+  const int columns = size.rendered_samples().x * planes;
   const V2i texels = size.texels();
-  const int kept_rows = size.pixel.y + 1;
-  scratch.rows.resize(static_cast<std::size_t>(kept_rows) * columns);
+  const int kept_rows = size.pixel_samples.y + 1;
+  scratch.row_sums.resize(static_cast<std::size_t>(kept_rows) * columns);
   const auto row_of = [&](int row) {
-    return &scratch.rows[static_cast<std::size_t>(row % kept_rows) * columns];
+    return &scratch.row_sums[static_cast<std::size_t>(row % kept_rows) * columns];
   };
   const auto sum_row = [&](int row) {
     const Group* const in =
-        scratch.raw.data() + static_cast<std::size_t>(row < lines ? row : row - lines) * columns;
+        scratch.samples.data() + static_cast<std::size_t>(row < lines ? row : row - lines) * columns;
     Group* const out = row_of(row);
-    const int pixel = size.pixel.x * planes;
+    const int pixel = size.pixel_samples.x * planes;
     for (int plane = 0; plane < planes; ++plane) {
       Quad sum{};
-      for (int i = plane; i < pixel; i += planes) sum += quad_of(in[i]);
+      for (int i = plane; i < pixel; i += planes) sum += group_lanes(in[i]);
       for (int i = plane; i < columns; i += planes) {
         std::memcpy(&out[i], &sum, sizeof sum);
         const int next = i + pixel < columns ? i + pixel : i + pixel - columns;
-        sum += quad_of(in[next]) - quad_of(in[i]);
+        sum += group_lanes(in[next]) - group_lanes(in[i]);
       }
     }
   };
-  std::vector<Group>& sums = scratch.sums;
+  std::vector<Group>& sums = scratch.pixel_sums;
   sums.assign(columns, Group{});
-  for (int row = 0; row < size.pixel.y; ++row) {
+  for (int row = 0; row < size.pixel_samples.y; ++row) {
     sum_row(row);
-    for (int i = 0; i < columns; ++i) add(quad_of(row_of(row)[i]), sums[i]);
+    for (int i = 0; i < columns; ++i) add(group_lanes(row_of(row)[i]), sums[i]);
   }
   // A window has texels of its own behind the last.
   const bool whole = size.is_whole();
@@ -210,17 +213,17 @@ void filter_planes(const CellView& view, const Quad& scale, CellScratch& scratch
       CellTexel* const to =
           &image.texels[plane * image.plane_texels() + static_cast<std::size_t>(y) * image.stride()];
       for (int i = 0; i < texels.x + (whole ? 0 : 1); ++i)
-        to[i] = pack(quad_of(sums[i * size.stride * planes + plane]) * scale);
+        to[i] = pack(group_lanes(sums[i * size.stride * planes + plane]) * scale);
       if (whole) to[texels.x] = to[0];
     }
   };
   for (int row = 0; row < (whole ? texels.y : texels.y + 1) * size.stride; ++row) {
     if (row % size.stride == 0) put_row(row / size.stride);
-    if (row + size.pixel.y >= lines && !whole) break;
-    sum_row(row + size.pixel.y);
+    if (row + size.pixel_samples.y >= lines && !whole) break;
+    sum_row(row + size.pixel_samples.y);
     const Group* const before = row_of(row);
-    const Group* const next = row_of(row + size.pixel.y);
-    for (int i = 0; i < columns; ++i) add(quad_of(next[i]) - quad_of(before[i]), sums[i]);
+    const Group* const next = row_of(row + size.pixel_samples.y);
+    for (int i = 0; i < columns; ++i) add(group_lanes(next[i]) - group_lanes(before[i]), sums[i]);
   }
   for (int plane = 0; plane < planes && whole; ++plane) {
     const auto first = image.texels.begin() + static_cast<std::ptrdiff_t>(plane * image.plane_texels());
@@ -232,20 +235,21 @@ void filter_planes(const CellView& view, const Quad& scale, CellScratch& scratch
 void filter(const CellView& view, CellScratch& scratch, CellImage& image) {
   const CellSize& size = view.size;
   Quad most{};
-  for (const Group& g : scratch.raw) most = quad_of(g) > most ? quad_of(g) : most;
+  for (const Group& g : scratch.samples) most = group_lanes(g) > most ? group_lanes(g) : most;
   const float highest = std::clamp(std::max({most[0], most[1], most[2]}), 1e-30F, 1e30F);
-  image.scale = std::exp2(std::ceil(std::log2(highest)));
-  image.planes = view.planes;
+  image.radiance_scale = std::exp2(std::ceil(std::log2(highest)));
+  image.plane_count = view.plane_count;
   image.width = size.texels().x;
   image.height = size.texels().y;
   const auto stride = static_cast<float>(size.stride);
-  image.repeat = V2f(size.samples) / stride;
-  image.first = (V2f(size.pixel) * 0.5F + V2f(size.first)) / stride;
+  image.repeat_texels = V2f(size.repeat_samples) / stride;
+  image.origin = (V2f(size.pixel_samples) * 0.5F + V2f(size.window_origin)) / stride;
   for (int axis = 0; axis < 2; ++axis)
-    if (image.first[axis] >= image.repeat[axis]) image.first[axis] -= image.repeat[axis];
-  image.texels.resize(image.plane_texels() * view.planes);
-  const float mean = 1 / static_cast<float>(size.pixel.x * size.pixel.y);
-  const Quad scale = Quad{1 / image.scale, 1 / image.scale, 1 / image.scale, 1} * mean;
+    if (image.origin[axis] >= image.repeat_texels[axis]) image.origin[axis] -= image.repeat_texels[axis];
+  image.texels.resize(image.plane_texels() * view.plane_count);
+  const float mean = 1 / static_cast<float>(size.pixel_samples.x * size.pixel_samples.y);
+  const Quad scale =
+      Quad{1 / image.radiance_scale, 1 / image.radiance_scale, 1 / image.radiance_scale, 1} * mean;
   filter_planes(view, scale, scratch, image);
 }
 
@@ -257,46 +261,48 @@ CellSize cell_size(const V2f& pixel, float samples) {
     const float in_repeat = std::clamp(1 / std::max(pixel[axis], 1e-9F), 1e-3F, 1e6F);
     const float wanted = std::clamp(samples * in_repeat, static_cast<float>(min_cell_texels),
                                     static_cast<float>(max_cell_samples));
-    size.samples[axis] = static_cast<int>(std::lround(wanted / 4)) * 4;
-    size.pixel[axis] =
-        std::clamp(static_cast<int>(std::lround(static_cast<float>(size.samples[axis]) / in_repeat)), 1,
-                   size.samples[axis]);
+    size.repeat_samples[axis] = static_cast<int>(std::lround(wanted / 4)) * 4;
+    size.pixel_samples[axis] =
+        std::clamp(static_cast<int>(std::lround(static_cast<float>(size.repeat_samples[axis]) / in_repeat)),
+                   1, size.repeat_samples[axis]);
   };
   set(0);
   set(1);
-  const int finest = std::min(size.pixel.x, size.pixel.y);
-  size.stride =
-      finest >= 4 && size.samples.x >= 2 * min_cell_texels && size.samples.y >= 2 * min_cell_texels ? 2 : 1;
+  const int finest = std::min(size.pixel_samples.x, size.pixel_samples.y);
+  size.stride = finest >= 4 && size.repeat_samples.x >= 2 * min_cell_texels &&
+                        size.repeat_samples.y >= 2 * min_cell_texels
+                    ? 2
+                    : 1;
   return size;
 }
 
 void set_window(RepeatParts parts, float pixels_around, CellSize& size) {
   CellSize window = size;
   for (int axis = 0; axis < 2; ++axis) {
-    const auto bits = static_cast<std::uint32_t>(parts >> (parts_of_side * axis));
+    const auto bits = static_cast<std::uint32_t>(parts >> (parts_per_side * axis));
     int unit = 0;
-    int units = parts_of_side;
-    for (int i = 0; i < parts_of_side; ++i) {
+    int units = parts_per_side;
+    for (int i = 0; i < parts_per_side; ++i) {
       const int length = std::bit_width(std::rotr(bits, i));
       if (length < units) std::tie(unit, units) = std::pair(i, length);
     }
-    if (axis == 1) unit = (2 * parts_of_side - unit - units) % parts_of_side;  // rows rise against v
-    const int samples = size.samples[axis];
-    const float of_unit = static_cast<float>(samples) / parts_of_side;
-    const float around = pixels_around * static_cast<float>(size.pixel[axis]);
+    if (axis == 1) unit = (2 * parts_per_side - unit - units) % parts_per_side;  // rows rise against v
+    const int samples = size.repeat_samples[axis];
+    const float of_unit = static_cast<float>(samples) / parts_per_side;
+    const float around = pixels_around * static_cast<float>(size.pixel_samples[axis]);
     const int low = static_cast<int>(std::floor((static_cast<float>(unit) * of_unit - around) /
                                                 static_cast<float>(size.stride))) *
                     size.stride;
     const int high = static_cast<int>(std::ceil(static_cast<float>(unit + units) * of_unit + around));
-    window.first[axis] = low < 0 ? low + samples : low;
-    window.window[axis] = std::max(high - low, min_cell_texels) + size.pixel[axis];
-    if (window.window[axis] >= samples || low < -samples) return;
+    window.window_origin[axis] = low < 0 ? low + samples : low;
+    window.window_samples[axis] = std::max(high - low, min_cell_texels) + size.pixel_samples[axis];
+    if (window.window_samples[axis] >= samples || low < -samples) return;
   }
   size = window;
 }
 
-const YarnPieces& pieces_of(const CellYarn& yarn, const CellView& view) {
-  return yarn.pieces(view.piece_pixels * pixel_width(yarn.yarns().period(), view.size));
+const YarnPieces& shown_pieces(const CellYarn& yarn, const CellView& view) {
+  return yarn.pieces(view.max_piece_pixels * pixel_width(yarn.yarns().period(), view.size));
 }
 
 namespace {
@@ -308,8 +314,10 @@ void fill_heights(const CellYarn& yarn, const YarnPieces& pieces, const DepthGri
   for (const YarnCurve& curve : yarn.yarns().data().curves)
     along_v.push_back(runs_along_v(curve, yarn.yarns().period()));
   constexpr float most = 127;
-  const Yarns::Inside inside = yarn.yarns().inside();
-  image.step = std::max({inside.high - yarn.plane(), yarn.plane() - inside.low, 1e-9F}) / most;
+  const Yarns::Geometry inside = yarn.yarns().geometry();
+  image.height_step =
+      std::max({inside.max_z - yarn.reference_height(), yarn.reference_height() - inside.min_z, 1e-9F}) /
+      most;
   image.heights.resize(image.plane_texels());
   std::int8_t* to = image.heights.data();
   std::int8_t last = 0;
@@ -320,10 +328,10 @@ void fill_heights(const CellYarn& yarn, const YarnPieces& pieces, const DepthGri
       y += j * size.stride;
       return static_cast<std::size_t>(y < seen.height ? y : y - seen.height) * seen.stride;
     };
-    const std::array rows{row(0), row(size.pixel.y - 1)};
+    const std::array rows{row(0), row(size.pixel_samples.y - 1)};
     for (int i = 0; i < image.width + own; ++i) {
       const int left = i * size.stride;
-      const int right = left + size.pixel.x - 1;
+      const int right = left + size.pixel_samples.x - 1;
       float sum = 0;
       float count = 0;
       float upright = 0;
@@ -337,7 +345,8 @@ void fill_heights(const CellYarn& yarn, const YarnPieces& pieces, const DepthGri
         }
       }
       if (count > 0) {
-        const float height = std::clamp((sum / count - yarn.plane()) / image.step, 1 - most, most);
+        const float height =
+            std::clamp((sum / count - yarn.reference_height()) / image.height_step, 1 - most, most);
         last = static_cast<std::int8_t>((static_cast<int>(height) & ~1) | (2 * upright > count ? 1 : 0));
       }
       *to++ = last;
@@ -354,15 +363,16 @@ bool reaches(const YarnPieces& pieces, std::int32_t hair, const CellYarn& yarn, 
   const Yarns::Segment& s = pieces.segments[hair];
   const V2f period = yarn.yarns().period();
   for (int axis = 0; axis < 2; ++axis) {
-    const float samples = static_cast<float>(size.samples[axis]) / period[axis];
-    const float start = s.start[axis] - slope[axis] * (s.start.z - yarn.plane());
+    const float samples = static_cast<float>(size.repeat_samples[axis]) / period[axis];
+    const float start = s.start[axis] - slope[axis] * (s.start.z - yarn.reference_height());
     const float along = s.along[axis] - slope[axis] * s.along.z;
     const float wide = radius * (1 + std::abs(slope[axis])) * samples + 1;
-    const float low = (start + std::min(along, 0.0F)) * samples - wide - static_cast<float>(size.first[axis]);
+    const float low =
+        (start + std::min(along, 0.0F)) * samples - wide - static_cast<float>(size.window_origin[axis]);
     const float length = std::abs(along) * samples + 2 * wide;
-    const auto repeat = static_cast<float>(size.samples[axis]);
+    const auto repeat = static_cast<float>(size.repeat_samples[axis]);
     const float at = low - std::floor(low / repeat) * repeat;
-    if (at > static_cast<float>(size.window[axis]) && at + length < repeat) return false;
+    if (at > static_cast<float>(size.window_samples[axis]) && at + length < repeat) return false;
   }
   return true;
 }
@@ -371,20 +381,21 @@ bool reaches(const YarnPieces& pieces, std::int32_t hair, const CellYarn& yarn, 
 /// black.
 void shade_hairs(const ShadingJob& job, const V2f& slope, std::vector<Group>& colours) {
   const YarnPieces& pieces = job.pieces;
-  const auto hairs = static_cast<std::size_t>(pieces.count() - pieces.plies);
-  colours.assign(hairs * job.view.planes, Group{});
+  const auto hairs = static_cast<std::size_t>(pieces.count() - pieces.ply_piece_count);
+  colours.assign(hairs * job.view.plane_count, Group{});
   const V3f viewer = lifted(job.view.view);
-  const bool once = job.view.shaded_together > 1;
+  const bool once = job.view.shading_block > 1;
   ShadingBatch batch{};
   const auto flush = [&] {
     shade(job, batch, colours.data());
     batch.count = 0;
   };
   for (std::size_t k = 0; k < hairs; ++k) {
-    const auto piece = static_cast<std::int32_t>(pieces.plies + k);
+    const auto piece = static_cast<std::int32_t>(pieces.ply_piece_count + k);
     const Yarns::Segment& s = pieces.segments[piece];
-    const float radius = std::min(std::max(job.width / 2, s.radius), s.reach);
-    if (!(s.radius > radius * s.rank) || !reaches(pieces, piece, job.yarn, slope, job.view.size, radius))
+    const float radius = std::min(std::max(job.sample_width / 2, s.radius), s.bounding_radius);
+    if (!(s.radius > radius * s.hair_threshold) ||
+        !reaches(pieces, piece, job.yarn, slope, job.view.size, radius))
       continue;
     const V3f axis(pieces.numbers[YarnPieces::axis_x][piece], pieces.numbers[YarnPieces::axis_y][piece],
                    pieces.numbers[YarnPieces::axis_z][piece]);
@@ -400,28 +411,28 @@ void shade_hairs(const ShadingJob& job, const V2f& slope, std::vector<Group>& co
       batch.z[i] = at.z;
       batch.piece[i] = piece;
       batch.texel[i] = static_cast<std::uint32_t>(k);
-      if (batch.count == ShadingBatch::size) flush();
+      if (batch.count == ShadingBatch::capacity) flush();
     }
   }
   flush();
   for (Group& colour : colours) {
     for (float& value : colour) value *= once ? 1.0F : 0.5F;
   }
-  for (std::size_t k = 0; k < hairs; ++k) colours[k * job.view.planes][3] = 1;
+  for (std::size_t k = 0; k < hairs; ++k) colours[k * job.view.plane_count][3] = 1;
 }
 
 /// Flags the stations of light that pieces in sight, and hairs, ask for.
 void want_stations(const CellYarn& yarn, const YarnPieces& pieces, const DepthGrid& seen, bool hairs,
                    std::vector<std::uint8_t>& wanted) {
   const YarnData& data = yarn.yarns().data();
-  const std::span<const int> first_station = yarn.yarns().inside().first_station;
+  const std::span<const int> first_station = yarn.yarns().geometry().first_station;
   std::vector<std::uint8_t> is_seen(pieces.segments.size());
   for (int row = 0; row < seen.height; ++row) {
     const std::size_t begin = static_cast<std::size_t>(row) * seen.stride;
     for (std::size_t i = begin; i < begin + seen.width; ++i)
       if (seen.z[i] > no_depth) is_seen[seen.piece[i]] = 1;
   }
-  if (hairs) std::fill(is_seen.begin() + pieces.plies, is_seen.end(), std::uint8_t{1});
+  if (hairs) std::fill(is_seen.begin() + pieces.ply_piece_count, is_seen.end(), std::uint8_t{1});
   wanted.assign(data.light.size() / light_values_per_station, 0);
   for (std::size_t i = 0; i < is_seen.size(); ++i) {
     if (is_seen[i] == 0) continue;
@@ -438,47 +449,49 @@ void want_stations(const CellYarn& yarn, const YarnPieces& pieces, const DepthGr
 /// Adds the yarn to the samples of an image.
 void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, CellScratch& scratch) {
   const float pixel = pixel_width(yarn.yarns().period(), view.size);
-  const float width = pixel / view.detail;
-  const YarnPieces& pieces = pieces_of(yarn, view);
-  const V2f slope = slope_of(view.view);
-  scratch.seen.resize(view.size, true);
+  const float width = pixel / view.rays_per_pixel;
+  const YarnPieces& pieces = shown_pieces(yarn, view);
+  const V2f slope = ray_slope(view.view);
+  scratch.depths.resize(view.size, true);
   // Thin hairs cover fractions of samples; wide ones have a lit and a dark side.
-  const float sample = pixel / static_cast<float>(std::max(view.size.pixel.x, view.size.pixel.y));
-  const bool lines = view.hairs && pieces.count() > pieces.plies && pieces.thickest_hair < sample;
-  splat(yarn, pieces, {slope, width, view.hairs && !lines}, scratch.seen);
-  const std::vector<FrontLamp> lamps = cast_shadows(yarn, view, pixel, shadows);
-  scratch.wanted.clear();
-  if (!view.size.is_whole()) want_stations(yarn, pieces, scratch.seen, lines, scratch.wanted);
+  const float sample =
+      pixel / static_cast<float>(std::max(view.size.pixel_samples.x, view.size.pixel_samples.y));
+  const bool lines =
+      view.has_hairs && pieces.count() > pieces.ply_piece_count && pieces.thickest_hair_radius < sample;
+  splat(yarn, pieces, {slope, width, view.has_hairs && !lines}, scratch.depths);
+  const std::vector<FrontLamp> lamps = make_front_lamps(yarn, view, pixel, shadows);
+  scratch.needed_stations.clear();
+  if (!view.size.is_whole()) want_stations(yarn, pieces, scratch.depths, lines, scratch.needed_stations);
   const std::vector<LightSlot> slots =
-      fill_table(yarn, view, scratch.wanted, scratch.has_table, scratch.table);
-  const ShadingJob job{yarn, pieces, view, lamps, slots, scratch.table, width};
-  PointShader(job, slope, scratch.seen, scratch).shade_all();
+      fill_station_table(yarn, view, scratch.needed_stations, scratch.has_table, scratch.station_table);
+  const ShadingJob job{yarn, pieces, view, lamps, slots, scratch.station_table, width};
+  PointShader(job, slope, scratch.depths, scratch).shade_all();
   if (lines) {
     shade_hairs(job, slope, scratch.hairs);
-    blend_hairs(yarn, pieces, {slope, width, true}, scratch.seen, scratch.hairs, scratch.raw);
+    blend_hairs(yarn, pieces, {slope, width, true}, scratch.depths, scratch.hairs, scratch.samples);
   }
 }
 
 }  // namespace
 
 void make_yarn_samples(const CellSource& source, const CellView& view, CellScratch& scratch) {
-  scratch.raw.assign(view.size.count() * view.planes, Group{});
-  if (view.levels.yarn > 0) add_yarn(*source.yarn, view, *source.shadows, scratch);
+  scratch.samples.assign(view.size.count() * view.plane_count, Group{});
+  if (view.levels.yarn_weight > 0) add_yarn(*source.yarn, view, *source.shadows, scratch);
 }
 
 void make_cell_image(const CellSource& source, const CellView& view, CellScratch& scratch, CellImage& image) {
   const CellSize& size = view.size;
-  const float of_yarn = view.levels.yarn;
+  const float of_yarn = view.levels.yarn_weight;
   make_yarn_samples(source, view, scratch);
   if (of_yarn < 1) {
-    for (Group& sample : scratch.raw) {
+    for (Group& sample : scratch.samples) {
       for (float& value : sample) value *= of_yarn;
     }
-    source.texels->add(view, scratch.raw);
+    source.texels->add(view, scratch.samples);
   }
   filter(view, scratch, image);
   image.heights.clear();
-  if (of_yarn > 0) fill_heights(*source.yarn, pieces_of(*source.yarn, view), scratch.seen, size, image);
+  if (of_yarn > 0) fill_heights(*source.yarn, shown_pieces(*source.yarn, view), scratch.depths, size, image);
 }
 
 }  // namespace selvedge

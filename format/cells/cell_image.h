@@ -4,7 +4,7 @@
 // A surface that shows many repeats in nearly the same view and light looks a pixel up in the image of its
 // cell in place of evaluating the fabric there. Texels are evaluated once each (cell_texels.h). Yarn is
 // splatted (splat.h), shadows within the cell come from depth grids of the lights, and visible points are
-// shaded as Yarns::point_at(), add_strands(), direct() and transfer_at() do.
+// shaded as Yarns::point_at(), add_strands(), direct_reflectance() and transfer_at() do.
 #pragma once
 
 #include <array>
@@ -24,11 +24,12 @@ struct CellSource {
   const CellTexels* texels = nullptr;  ///< null: yarn alone
 };
 
-/// For pixels of `pixel` repeats along u and v with so many samples a side; fewer if the image would be too
+/// For pixels of `pixel` repeats along u and v with `samples` samples a side; fewer if the image would be too
 /// large.
 CellSize cell_size(const V2f& pixel, float samples);
 
-/// Lets an image show these parts of the repeat, and so many pixels around them, if that is less than all.
+/// Lets an image show these parts of the repeat, and a margin of pixels around them, if that is less than
+/// all.
 void set_window(RepeatParts parts, float pixels_around, CellSize& size);
 
 /// Four channels of 16 bits, unsigned floats of 5 bits of exponent and 11 of mantissa: radiance times opacity
@@ -38,18 +39,19 @@ using CellTexel = std::array<std::uint16_t, 4>;
 struct CellImage {
   int width = 0;
   int height = 0;
-  /// A pixel whose centre is (u, v) shows the texels at (u repeat.x - first.x, -v repeat.y - first.y),
-  /// without whole repeats, where texel (i, j) has whole coordinates.
-  V2f first{0, 0};
-  V2f repeat{0, 0};  ///< texels of a repeat: width and height, or more of a window (CellSize)
-  float scale = 1;   ///< of radiance
-  int planes = 1;
+  /// A pixel whose centre is (u, v) shows the texels at (u repeat_texels.x - origin.x, -v repeat_texels.y -
+  /// origin.y), without whole repeats, where texel (i, j) has whole coordinates.
+  V2f origin{0, 0};
+  V2f repeat_texels{0, 0};   ///< texels of a repeat: width and height, or more of a window (CellSize)
+  float radiance_scale = 1;  ///< of radiance
+  int plane_count = 1;
   /// [plane][row][column]; behind the last row and column is one more, of whole images the first.
   std::vector<CellTexel> texels;
-  /// Mean heights of the yarn that texels show over CellYarn::plane(), in steps, in the order of a plane; of
-  /// holes, of yarn beside them. Odd where that yarn runs along v (variation.h). Empty without yarn.
+  /// Mean heights of the yarn that texels show over CellYarn::reference_height(), in steps, in the order of a
+  /// plane; of holes, of yarn beside them. Odd where that yarn runs along v (variation.h). Empty without
+  /// yarn.
   std::vector<std::int8_t> heights;
-  float step = 0;  ///< mm
+  float height_step = 0;  ///< mm
   int stride() const { return width + 1; }
   std::size_t plane_texels() const { return static_cast<std::size_t>(stride()) * (height + 1); }
   std::size_t bytes() const { return texels.size() * sizeof(CellTexel) + heights.size(); }
@@ -57,20 +59,20 @@ struct CellImage {
 
 /// Memory that calls reuse; one per thread.
 struct CellScratch {
-  DepthGrid seen;
-  std::vector<Group> table;  ///< [station][angle function][slot]
-  bool has_table = false;    ///< of the view's lamps already, and of no window
-  std::vector<Group> raw;    ///< [row][column][plane]: radiance, opacity
-  std::vector<Group> hairs;  ///< [hair][plane]: radiance, opacity
-  std::vector<Group> rows, sums;
-  std::vector<std::uint32_t> owners;  ///< of samples: the one whose light they show
-  std::vector<std::uint8_t> wanted;   ///< stations of light
+  DepthGrid depths;
+  std::vector<Group> station_table;  ///< [station][angle function][slot]
+  bool has_table = false;            ///< of the view's lamps already, and of no window
+  std::vector<Group> samples;        ///< [row][column][plane]: radiance, opacity
+  std::vector<Group> hairs;          ///< [hair][plane]: radiance, opacity
+  std::vector<Group> row_sums, pixel_sums;
+  std::vector<std::uint32_t> shaded_samples;  ///< of samples: the one whose light they show
+  std::vector<std::uint8_t> needed_stations;  ///< stations of light
 };
 
 /// The pieces of yarn that an image shows.
-const YarnPieces& pieces_of(const CellYarn& yarn, const CellView& view);
-/// The points of an image's yarn before they are filtered: scratch.raw, the lowest row first, and
-/// scratch.seen.
+const YarnPieces& shown_pieces(const CellYarn& yarn, const CellView& view);
+/// The points of an image's yarn before they are filtered: scratch.samples, the lowest row first, and
+/// scratch.depths.
 void make_yarn_samples(const CellSource& source, const CellView& view, CellScratch& scratch);
 
 /// The same bytes for the same arguments on processors of one vector width.

@@ -37,7 +37,7 @@ void set_curve(const YarnCurve& curve, std::size_t i, CurveNumbers& numbers, Str
   strands.contrast[i] = curve.strands.contrast;
   const int plies = curve.plies.count;
   strands.marl[i] = plies > 1 ? curve.strands.marl : 0;
-  strands.paler[i] =
+  strands.marl_per_row[i] =
       2 * strands.marl[i] / static_cast<float>(std::max(1, std::abs(curve.strands.count) * (plies - 1)));
   strands.swells[i] = static_cast<float>(curve.strands.swells);
   strands.seed[i] = strand_hash(static_cast<std::uint32_t>(curve.strands.seed));
@@ -166,9 +166,9 @@ SELVEDGE_INLINE void add_strand_lanes(const ShadingJob& job, const PointLanes<N>
   Wide more[4];  // NOLINT(modernize-avoid-c-arrays)
   fetch<N>(points.extra, 1, more);
   const Wide some = abs(more[2]);
-  const Wide shown = some * min(one, more[1] * Wide(1 / std::max(2 * job.width, 1e-9F)));
+  const Wide shown = some * min(one, more[1] * Wide(1 / std::max(2 * job.sample_width, 1e-9F)));
   const Wide hidden = some * (one - shown * shown);
-  more[0].store(strands.later_row.data());
+  more[0].store(strands.next_first_row.data());
   more[2].store(strands.sense_x.data());
   more[3].store(strands.sense_y.data());
   fetch<N>(points.extra, 0, more);
@@ -176,8 +176,8 @@ SELVEDGE_INLINE void add_strand_lanes(const ShadingJob& job, const PointLanes<N>
   more[1].store(strands.shift.data());
   more[2].store(strands.lays.data());
   more[3].store(strands.first_row.data());
-  const StrandChangeLanes<N> change =
-      strand_change_lanes<N>(strands, 0, at.cosine, at.sine, at.station / load_of(numbers.stations));
+  const StrandPerturbationLanes<N> change =
+      strand_perturbation_lanes<N>(strands, 0, at.cosine, at.sine, at.station / load_of(numbers.stations));
   const Vec across = at.fibre.cross(at.smooth);
   at.normal = unit(at.smooth + across * (change.across * shown) + at.fibre * (change.along * shown));
   at.normal = unit(at.normal + viewer * (shown * max(zero, Wide(min_strand_facing) - at.normal.dot(viewer))));
@@ -186,11 +186,11 @@ SELVEDGE_INLINE void add_strand_lanes(const ShadingJob& job, const PointLanes<N>
   at.bright = change.colour * (one + change.shade * shown);
   at.gloss = load_of(numbers.gloss);
   const Wide rough = load_of(numbers.rough);
-  at.roughness = sqrt(rough * rough + hidden * Wide(hidden_roughness2));
-  at.lustre = load_of(numbers.lustre) * (one - hidden * Wide(hidden_lustre));
+  at.roughness = sqrt(rough * rough + hidden * Wide(unresolved_roughness2));
+  at.lustre = load_of(numbers.lustre) * (one - hidden * Wide(unresolved_lustre_loss));
   at.is_matt = !any_greater(at.lustre, zero);
   const Wide most = (one - at.gloss) * Wide(std::numbers::inv_pi_v<float>);
-  const Wide less = one - hidden * Wide(hidden_loss);
+  const Wide less = one - hidden * Wide(unresolved_strand_loss);
   const auto matt_of = [&](const Wide& value) __attribute__((always_inline)) {
     return min(value * at.bright, most) * less;
   };
@@ -204,7 +204,7 @@ SELVEDGE_INLINE ShadedLanes<N> surface_lanes(const ShadingJob& job, const Shadin
                                              StrandCurves& strands) {
   using Wide = WideFloat<N>;
   using Vec = WideVec3<N>;
-  const bool flat = job.yarn.is_flat();
+  const bool flat = job.yarn.has_flat_sections();
   SegmentLanes<N> s(points.from, flat);
   const Vec off{Wide::load(&batch.x[points.first]), Wide::load(&batch.y[points.first]),
                 Wide::load(&batch.z[points.first])};
@@ -214,14 +214,14 @@ SELVEDGE_INLINE ShadedLanes<N> surface_lanes(const ShadingJob& job, const Shadin
     s.along = s.squeezed(s.along);
     for (Vec& tangent : s.tangent) tangent = s.squeezed(tangent);
   }
-  const OnCurve<N> on = nearest_on_curve<N>(s, round_off);
+  const NearestPoint<N> on = nearest_on_curve<N>(s, round_off);
   const Wide zero(0);
   const Wide one(1);
   ShadedLanes<N> at;
   at.leave = s.start + off;
   const Wide station = s.station + on.fraction * s.stations;
   at.station = if_greater(zero, station, station + Wide::load(numbers.stations.data()), station);
-  const Vec round = unit(on.out - on.tangent * on.tangent.dot(on.out));
+  const Vec round = unit(on.axis_offset - on.tangent * on.tangent.dot(on.axis_offset));
   const Vec around = on.tangent.cross(round);
   const Vec across0 = s.across[0] + (s.across[1] - s.across[0]) * on.fraction;
   const Wide cosine = round.dot(across0);
@@ -237,14 +237,14 @@ SELVEDGE_INLINE ShadedLanes<N> surface_lanes(const ShadingJob& job, const Shadin
   at.fibre = unit(flat ? s.stretched(fibre) : fibre);
   at.cosine = or_root(if_greater(norm2, zero, cosine * scale, one), s.across[0].x);
   at.sine = or_root(if_greater(norm2, zero, sine * scale, zero), s.across[0].y);
-  const Vec out_of_axis = s.out[0] + (s.out[1] - s.out[0]) * on.fraction;
+  const Vec out_of_axis = s.axis_to_ply[0] + (s.axis_to_ply[1] - s.axis_to_ply[0]) * on.fraction;
   at.outward = or_root(round.dot(out_of_axis), s.across[0].z);
   at.side_x = or_root(out_of_axis.dot(across0), s.across[1].x);
   at.side_y = or_root(out_of_axis.dot(on.tangent.cross(across0)), s.across[1].y);
   const V3f to_viewer = lifted(job.view.view);
   const Vec viewer{Wide(to_viewer.x), Wide(to_viewer.y), Wide(to_viewer.z)};
   add_strand_lanes<N>(job, points, numbers, strands, viewer, at);
-  const Vec facing = unit(viewer + at.normal * max(zero, Wide(min_facing) - at.normal.dot(viewer)));
+  const Vec facing = unit(viewer + at.normal * max(zero, Wide(min_facing_cosine) - at.normal.dot(viewer)));
   at.side = at.normal.cross(at.fibre);
   at.local_view = {facing.dot(at.fibre), facing.dot(at.side), facing.dot(at.normal)};
   at.root_lustre = or_root(at.lustre, zero);
@@ -258,34 +258,38 @@ SELVEDGE_INLINE void add_direct(const ShadingJob& job, const ShadingBatch& batch
   using Wide = WideFloat<N>;
   using Vec = WideVec3<N>;
   const Wide zero(0);
-  const auto planes = static_cast<std::size_t>(job.view.planes);
+  const auto planes = static_cast<std::size_t>(job.view.plane_count);
   const auto add_lanes = [&](int plane, const Vec& sum) __attribute__((always_inline)) {
-    const auto xz_low = lower(sum.x.v, sum.z.v);
-    const auto xz_high = upper(sum.x.v, sum.z.v);
-    const auto y_low = lower(sum.y.v, zero.v);
-    const auto y_high = upper(sum.y.v, zero.v);
+    const auto xz_low = interleave_lower(sum.x.v, sum.z.v);
+    const auto xz_high = interleave_upper(sum.x.v, sum.z.v);
+    const auto y_low = interleave_lower(sum.y.v, zero.v);
+    const auto y_high = interleave_upper(sum.y.v, zero.v);
     Group colour[4][N / 4];  // NOLINT(modernize-avoid-c-arrays): of point 4 j + i
-    Wide(lower(xz_low, y_low)).store(colour[0][0].data());
-    Wide(upper(xz_low, y_low)).store(colour[1][0].data());
-    Wide(lower(xz_high, y_high)).store(colour[2][0].data());
-    Wide(upper(xz_high, y_high)).store(colour[3][0].data());
+    Wide(interleave_lower(xz_low, y_low)).store(colour[0][0].data());
+    Wide(interleave_upper(xz_low, y_low)).store(colour[1][0].data());
+    Wide(interleave_lower(xz_high, y_high)).store(colour[2][0].data());
+    Wide(interleave_upper(xz_high, y_high)).store(colour[3][0].data());
     for (std::size_t i = 0; i < points.count; ++i)
-      add(quad_of(colour[i % 4][i / 4]), raw[std::size_t{batch.texel[points.first + i]} * planes + plane]);
+      add(group_lanes(colour[i % 4][i / 4]),
+          raw[std::size_t{batch.texel[points.first + i]} * planes + plane]);
   };
   Vec sum{zero, zero, zero};
   for (const FrontLamp& lamp : job.lamps) {
-    const Vec light{Wide(lamp.lifted.x), Wide(lamp.lifted.y), Wide(lamp.lifted.z)};
+    const Vec light{Wide(lamp.raised_direction.x), Wide(lamp.raised_direction.y),
+                    Wide(lamp.raised_direction.z)};
     const Wide facing_light = at.normal.dot(light);
     if (!any_greater(facing_light, zero)) continue;
     const Wide along = light.dot(at.fibre);
     const Wide glint = if_greater(
-        min(at.gloss, facing_light), zero,  // along the surface gloss_of() may have no number
-        at.gloss * gloss_of(Vec{along, light.dot(at.side), facing_light}, at.local_view, at.roughness), zero);
-    const Vec own = at.is_matt ? at.matt : at.matt * body_of(along, at.local_view.x, at.lustre);
-    Wide fraction = facing_light * Wide(lamp.rise);
+        min(at.gloss, facing_light), zero,  // along the surface gloss_reflectance_lanes() may have no number
+        at.gloss * gloss_reflectance_lanes(Vec{along, light.dot(at.side), facing_light}, at.local_view,
+                                           at.roughness),
+        zero);
+    const Vec own = at.is_matt ? at.matt : at.matt * body_factor(along, at.local_view.x, at.lustre);
+    Wide fraction = facing_light * Wide(lamp.horizon_fade);
     if (lamp.shadow != nullptr)
-      fraction = fraction * visibility_of_lamp<N>(lamp, at.leave + at.smooth * Wide(lamp.away),
-                                                  job.yarn.plane(), job.yarn.yarns().period());
+      fraction = fraction * visibility_of_lamp<N>(lamp, at.leave + at.smooth * Wide(lamp.shadow_bias_mm),
+                                                  job.yarn.reference_height(), job.yarn.yarns().period());
     fraction = if_greater(facing_light, zero, fraction, zero);
     const Vec direct =
         Vec{(own.x + glint) * Wide(lamp.irradiance.x), (own.y + glint) * Wide(lamp.irradiance.y),
@@ -303,10 +307,10 @@ SELVEDGE_INLINE void add_direct(const ShadingJob& job, const ShadingBatch& batch
 /// factors, between the rows `a` and `b` of two stations.
 template <class Floats>
 SELVEDGE_INLINE Floats light_of_slots(const Group* a, const Group* b, float part,
-                                      const std::array<float, angle_functions>& factors, std::size_t columns,
-                                      std::size_t slot) {
+                                      const std::array<float, angle_function_count>& factors,
+                                      std::size_t columns, std::size_t slot) {
   Floats value{};
-  for (int k = 0; k < angle_functions; ++k) {
+  for (int k = 0; k < angle_function_count; ++k) {
     Floats low;
     Floats high;
     std::memcpy(&low, &a[k * columns + slot], sizeof low);
@@ -320,7 +324,7 @@ SELVEDGE_INLINE Floats light_of_slots(const Group* a, const Group* b, float part
 /// Slots before the first that does not light the plane of its own number from the front.
 std::size_t slots_in_order(std::span<const LightSlot> slots) {
   std::size_t count = 0;
-  while (count < slots.size() && slots[count].from == LightSlot::front &&
+  while (count < slots.size() && slots[count].source == LightSlot::front &&
          slots[count].plane == static_cast<int>(count))
     ++count;
   return count;
@@ -349,24 +353,24 @@ SELVEDGE_INLINE void add_indirect(const ShadingJob& job, const ShadingBatch& bat
   at.root_lustre.store(numbers[11]);
   const std::size_t slots = job.slots.size();
   const std::size_t columns = slots + 1;
-  const auto planes = static_cast<std::size_t>(job.view.planes);
+  const auto planes = static_cast<std::size_t>(job.view.plane_count);
   const YarnData& data = job.yarn.yarns().data();
-  const std::span<const int> first_station = job.yarn.yarns().inside().first_station;
+  const std::span<const int> first_station = job.yarn.yarns().geometry().first_station;
   for (std::size_t i = 0; i < points.count; ++i) {
     const YarnCurve& curve = data.curves[points.curves[i]];
     int here = static_cast<int>(numbers[0][i]);
     if (here >= curve.stations) here -= curve.stations;
     const int next = here + 1 >= curve.stations ? 0 : here + 1;
     const int first = first_station[points.curves[i]];
-    const Group* a = &job.table[(first + here) * angle_functions * columns];
-    const Group* b = &job.table[(first + next) * angle_functions * columns];
+    const Group* a = &job.station_table[(first + here) * angle_function_count * columns];
+    const Group* b = &job.station_table[(first + next) * angle_function_count * columns];
     const V3f& groove = curve.plies.groove;
     const Quad of_lamps = Quad{1, 1, 1, 0} + Quad{groove.x, groove.y, groove.z, 0} * numbers[6][i];
     Wide of_all_lamps;
     for (std::size_t k = 0; k < N; k += 4) std::memcpy((float*)&of_all_lamps + k, &of_lamps, sizeof of_lamps);
     const bool sides = curve.plies.sides != 0;
-    const std::array<float, angle_functions> factors{1, numbers[2][i], numbers[3][i],
-                                                     numbers[sides ? 8 : 4][i], numbers[sides ? 9 : 5][i]};
+    const std::array<float, angle_function_count> factors{
+        1, numbers[2][i], numbers[3][i], numbers[sides ? 8 : 4][i], numbers[sides ? 9 : 5][i]};
     Group* const to = raw + std::size_t{batch.texel[points.first + i]} * planes;
     float by_view = 1;
     if (numbers[11][i] > 0) {
@@ -381,7 +385,7 @@ SELVEDGE_INLINE void add_indirect(const ShadingJob& job, const ShadingBatch& bat
       (Wide::load(values) + Wide(unfused(positive(value) * numbers[7][i] * by_view))).store(values);
     }
     for (; slot < slots; ++slot) {
-      const auto from_side = job.slots[slot].from;
+      const auto from_side = job.slots[slot].source;
       Quad value = light_of_slots<Quad>(a, b, numbers[1][i], factors, columns, slot);
       if (from_side != LightSlot::sky) value *= of_lamps;
       value = positive(value) * numbers[7][i];
@@ -408,16 +412,16 @@ SELVEDGE_THREE_BODIES(shade_batch, (const ShadingJob& job, const ShadingBatch& b
                       (job, batch, raw))
 
 /// Light of all stations: for angle function i, the sum over light functions of c_ik B_k.
-void add_slot(std::span<const float> coefficients, const std::array<V3f, light_functions_of_yarn>& basis,
+void add_slot(std::span<const float> coefficients, const std::array<V3f, yarn_light_function_count>& basis,
               std::span<const std::uint8_t> wanted, std::size_t columns, std::size_t slot,
               std::vector<Group>& table) {
   const std::size_t stations = coefficients.size() / light_values_per_station;
-  for (std::size_t row = 0; row < stations * angle_functions; ++row) {
-    if (!wanted.empty() && wanted[row / angle_functions] == 0) continue;
-    const float* c = &coefficients[row / angle_functions * light_values_per_station +
-                                   row % angle_functions * 3 * light_functions_of_yarn];
+  for (std::size_t row = 0; row < stations * angle_function_count; ++row) {
+    if (!wanted.empty() && wanted[row / angle_function_count] == 0) continue;
+    const float* c = &coefficients[row / angle_function_count * light_values_per_station +
+                                   row % angle_function_count * 3 * yarn_light_function_count];
     Quad sum{};
-    for (int k = 0; k < light_functions_of_yarn; ++k)
+    for (int k = 0; k < yarn_light_function_count; ++k)
       sum += Quad{c[3 * k] * basis[k].x, c[3 * k + 1] * basis[k].y, c[3 * k + 2] * basis[k].z, 0};
     std::memcpy(&table[row * columns + slot], &sum, sizeof sum);
   }
@@ -430,54 +434,56 @@ constexpr float min_bias = 0.003F;
 
 }  // namespace
 
-std::vector<LightSlot> fill_table(const CellYarn& yarn, const CellView& view,
-                                  std::span<const std::uint8_t> wanted, bool filled,
-                                  std::vector<Group>& table) {
+std::vector<LightSlot> fill_station_table(const CellYarn& yarn, const CellView& view,
+                                          std::span<const std::uint8_t> wanted, bool filled,
+                                          std::vector<Group>& table) {
   const YarnData& data = yarn.yarns().data();
   std::vector<LightSlot> slots;
-  std::vector<std::pair<std::span<const float>, std::array<V3f, light_functions_of_yarn>>> sources;
+  std::vector<std::pair<std::span<const float>, std::array<V3f, yarn_light_function_count>>> sources;
   for (const CellLamp& lamp : view.lamps) {
     const bool behind = !(lamp.direction.z > 0);
     if (behind && (data.through.empty() || !(lamp.direction.z < 0))) continue;
-    const std::array<float, light_functions_of_yarn> basis =
+    const std::array<float, yarn_light_function_count> basis =
         light_basis(V3f(lamp.direction.x, lamp.direction.y, std::abs(lamp.direction.z)));
     auto& [from, factors] = sources.emplace_back();
     from = behind ? data.through : data.light;
-    for (int k = 0; k < light_functions_of_yarn; ++k) factors[k] = lamp.irradiance * basis[k];
+    for (int k = 0; k < yarn_light_function_count; ++k) factors[k] = lamp.irradiance * basis[k];
     slots.push_back({lamp.plane, behind ? LightSlot::behind : LightSlot::front});
   }
-  if (view.around && !yarn.sky().empty()) {
+  if (view.environment && !yarn.sky().empty()) {
     auto& [from, factors] = sources.emplace_back();
     from = yarn.sky();
-    factors = view.around->factors;
+    factors = view.environment->coefficients;
     slots.push_back({0, LightSlot::sky});
   }
   if (filled) return slots;
   const std::size_t columns = slots.size() + 1;
   const std::size_t stations = data.light.size() / light_values_per_station;
-  table.resize(stations * angle_functions * columns);
+  table.resize(stations * angle_function_count * columns);
   for (std::size_t slot = 0; slot < slots.size(); ++slot)
     add_slot(sources[slot].first, sources[slot].second, wanted, columns, slot, table);
-  for (std::size_t row = 0; row < stations * angle_functions; ++row) {
-    const float* moments = &data.light[row / angle_functions * light_values_per_station +
-                                       transfer_values_per_station + row % angle_functions];
-    table[row * columns + slots.size()] = {moments[0], moments[angle_functions], 0, 0};
+  for (std::size_t row = 0; row < stations * angle_function_count; ++row) {
+    const float* moments = &data.light[row / angle_function_count * light_values_per_station +
+                                       transfer_values_per_station + row % angle_function_count];
+    table[row * columns + slots.size()] = {moments[0], moments[angle_function_count], 0, 0};
   }
   return slots;
 }
 
-std::vector<FrontLamp> cast_shadows(const CellYarn& yarn, const CellView& view, float pixel,
-                                    CellShadows& shadows) {
+std::vector<FrontLamp> make_front_lamps(const CellYarn& yarn, const CellView& view, float pixel,
+                                        CellShadows& shadows) {
   const V2f period = yarn.yarns().period();
   std::vector<FrontLamp> lamps;
   for (const CellLamp& lamp : view.lamps) {
     if (!(lamp.direction.z > 0)) continue;
-    auto shadow = shadows.cast(
-        lamp.direction, {pixel / view.shadow_texels, view.piece_pixels * std::min(view.shadow_texels, 1.0F),
-                         view.shadow_texels / view.detail, view.hairs && view.hair_shadows});
+    auto shadow =
+        shadows.cast(lamp.direction, {pixel / view.shadow_texels_per_pixel,
+                                      view.max_piece_pixels * std::min(view.shadow_texels_per_pixel, 1.0F),
+                                      view.shadow_texels_per_pixel / view.rays_per_pixel,
+                                      view.has_hairs && view.hair_shadows});
     lamps.push_back({lifted(lamp.direction), lamp.irradiance, std::min(1.0F, lamp.direction.z / min_rise),
                      lamp.plane, shadow->slope, shadow,
-                     shadow_bias * std::max(shadow->texel, min_bias * std::min(period.x, period.y))});
+                     shadow_bias * std::max(shadow->texel_width, min_bias * std::min(period.x, period.y))});
   }
   return lamps;
 }

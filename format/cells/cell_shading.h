@@ -14,27 +14,27 @@
 
 namespace selvedge {
 
-SELVEDGE_INLINE Floats4 quad_of(const Group& group) { return quad(&group, 0); }
+SELVEDGE_INLINE Floats4 group_lanes(const Group& group) { return load_group(&group, 0); }
 SELVEDGE_INLINE void add(const Floats4& value, Group& to) {
-  const Floats4 sum = quad_of(to) + value;
+  const Floats4 sum = group_lanes(to) + value;
   std::memcpy(&to, &sum, sizeof sum);
 }
 
 /// Light that a station has for one lamp, or for smooth light.
 struct LightSlot {
   int plane = 0;
-  enum { front, behind, sky } from = front;
+  enum { front, behind, sky } source = front;
 };
 
 /// A lamp before the cell.
 struct FrontLamp {
-  V3f lifted{0, 0, 1};
+  V3f raised_direction{0, 0, 1};
   V3f irradiance{0, 0, 0};
-  float rise = 1;  ///< no step where the light sets
+  float horizon_fade = 1;  ///< no step where the light sets
   int plane = 0;
   V2f slope{0, 0};
   std::shared_ptr<const CellShadow> shadow = nullptr;  ///< nothing is in shadow
-  float away = 0;  ///< mm along the normal, by which looked-up points leave the yarn
+  float shadow_bias_mm = 0;  ///< mm along the normal, by which looked-up points leave the yarn
 };
 
 struct ShadingJob {
@@ -43,26 +43,26 @@ struct ShadingJob {
   const CellView& view;
   std::span<const FrontLamp> lamps;
   std::span<const LightSlot> slots;
-  std::span<const Group> table;  ///< fill_table()
-  float width = 0;               ///< of what a sample stands for, mm
+  std::span<const Group> station_table;  ///< fill_station_table()
+  float sample_width = 0;                ///< of what a sample stands for, mm
 };
 
 struct ShadingBatch {
-  static constexpr std::size_t size = 256;
+  static constexpr std::size_t capacity = 256;
   std::size_t count = 0;
-  alignas(64) std::array<float, size> x, y, z;  ///< from the piece's start, mm
-  std::array<std::int32_t, size> piece;
-  std::array<std::uint32_t, size> texel;
+  alignas(64) std::array<float, capacity> x, y, z;  ///< from the piece's start, mm
+  std::array<std::int32_t, capacity> piece;
+  std::array<std::uint32_t, capacity> texel;
 };
 
 /// Fills the table, [station][angle function][slot], unless it is `filled`, of the stations that `wanted`
 /// flags, or of all if it is empty, and names its slots; one more has the moments.
-std::vector<LightSlot> fill_table(const CellYarn& yarn, const CellView& view,
-                                  std::span<const std::uint8_t> wanted, bool filled,
-                                  std::vector<Group>& table);
+std::vector<LightSlot> fill_station_table(const CellYarn& yarn, const CellView& view,
+                                          std::span<const std::uint8_t> wanted, bool filled,
+                                          std::vector<Group>& table);
 /// The lamps before the cell, with their shadows. `pixel`: its width, mm.
-std::vector<FrontLamp> cast_shadows(const CellYarn& yarn, const CellView& view, float pixel,
-                                    CellShadows& shadows);
+std::vector<FrontLamp> make_front_lamps(const CellYarn& yarn, const CellView& view, float pixel,
+                                        CellShadows& shadows);
 /// Shades the points of a batch, and adds them to raw[texel][plane]; opacity is 1.
 void shade(const ShadingJob& job, const ShadingBatch& batch, Group* raw);
 

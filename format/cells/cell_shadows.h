@@ -14,25 +14,25 @@
 namespace selvedge {
 
 struct ShadowDetail {
-  float texel = 0;  ///< width of a texel at right angles to the light, mm; rounded to quarters of an octave,
-                    ///< and at most the radius of the thinnest ply, or half of it with hairs
-  float piece = 1;  ///< longest piece of a ply, texels
-  float width = 0;  ///< SplatView::width, texels
-  bool hairs = true;
+  float texel_width = 0;  ///< width of a texel at right angles to the light, mm; rounded to quarters of an
+                          ///< octave, and at most the radius of the thinnest ply, or half of it with hairs
+  float max_piece_texels = 1;  ///< longest piece of a ply, texels
+  float ray_width_texels = 0;  ///< SplatView::ray_width, texels
+  bool has_hairs = true;
   auto operator<=>(const ShadowDetail&) const = default;
 };
 
 struct CellShadow {
   DepthGrid grid;
-  V2f slope{0, 0};  ///< of the light for which the grid was made
-  float texel = 0;  ///< width, mm; less than asked for in a small grid
+  V2f slope{0, 0};        ///< of the light for which the grid was made
+  float texel_width = 0;  ///< width, mm; less than asked for in a small grid
 };
 
 /// The grids of one side of a fabric. For any number of threads, but for set_memory().
 class CellShadows {
  public:
   explicit CellShadows(const CellYarn& yarn);
-  /// Grids that nobody holds take at most so many bytes, but for the last one; 64 MiB without a call.
+  /// Bound, in bytes, on grids that nobody holds, but for the last one; 64 MiB without a call.
   void set_memory(std::size_t max_bytes) { max_bytes_ = max_bytes; }
   /// The grid of a unit direction with z > 0, rounded so that no point's shadow moves by more than a quarter
   /// of a texel. It does not depend on earlier calls.

@@ -13,7 +13,7 @@ namespace {
 
 using Quad = float __attribute__((vector_size(16)));
 
-Quad quad_of(const V3f& c) { return Quad{c.x, c.y, c.z, 0}; }
+Quad group_lanes(const V3f& c) { return Quad{c.x, c.y, c.z, 0}; }
 
 /// Infinite radiance would spread, and NaN.
 Quad tame(const Quad& radiance) {
@@ -74,18 +74,18 @@ void add_linear(const FabricLevel& level, const Fabric& fabric, std::span<const 
   for (const CellLamp& lamp : lamps) {
     const DirectionTaps taps = interpolate(fabric.lights, lamp.direction);
     for (std::size_t m = 0; m < products; ++m)
-      factors[m] = quad_of(psi(*level.bases, fabric, level.pairs[m].y, taps)) * phi[m];
-    add(quad_of(lamp.irradiance) * (lamp.direction.z * fabric.radiance_scale), lamp.plane);
+      factors[m] = group_lanes(psi(*level.bases, fabric, level.pairs[m].y, taps)) * phi[m];
+    add(group_lanes(lamp.irradiance) * (lamp.direction.z * fabric.radiance_scale), lamp.plane);
   }
   if (around == nullptr) return;
   for (std::size_t m = 0; m < products; ++m) {
     V3f sum(0, 0, 0);
-    const float* weights = &of_around[std::size_t{3} * smooth_functions * level.pairs[m].y];
-    for (const V3f& factor : around->factors) {
+    const float* weights = &of_around[std::size_t{3} * smooth_function_count * level.pairs[m].y];
+    for (const V3f& factor : around->coefficients) {
       sum += factor * V3f(weights[0], weights[1], weights[2]);
       weights += 3;
     }
-    factors[m] = quad_of(sum) * phi[m];
+    factors[m] = group_lanes(sum) * phi[m];
   }
   add(Quad{} + fabric.radiance_scale, 0);
 }
@@ -94,7 +94,7 @@ void add_texels(const FabricLevel& level, const Fabric& fabric, const TappedDire
                 std::vector<CellLamp> lamps, const SmoothLight* around, std::span<Quad> texels) {
   // The dark side of what a scene hides from itself is below 0 here and there.
   if (around != nullptr) {
-    const float least = lets_through(fabric.side) ? 0 : std::numeric_limits<float>::lowest();
+    const float least = is_transmission(fabric.side) ? 0 : std::numeric_limits<float>::lowest();
     const std::vector<CellLamp> smooth = smooth_lamps(*around, least);
     lamps.insert(lamps.end(), smooth.begin(), smooth.end());
   }
@@ -106,7 +106,7 @@ void add_texels(const FabricLevel& level, const Fabric& fabric, const TappedDire
     for (std::size_t k = 0; k < lamps.size(); ++k) {
       const V3f radiance = radiance_of(level, fabric, i, factors, directions[k], view);
       texels[std::size_t{1} * lamps[k].plane * level.texels() + i] +=
-          tame(quad_of(radiance * lamps[k].irradiance)) * factors.alpha;
+          tame(group_lanes(radiance * lamps[k].irradiance)) * factors.alpha;
     }
   }
 }
@@ -122,7 +122,8 @@ std::vector<CellLamp> smooth_lamps(const SmoothLight& around, float least) {
       CellLamp& lamp = lamps.emplace_back();
       lamp.direction = {planar * std::cos(angle), planar * std::sin(angle), ring.z};
       const auto basis = smooth_basis(lamp.direction.x, lamp.direction.y, ring.z);
-      for (std::size_t k = 0; k < smooth_functions; ++k) lamp.irradiance += around.factors[k] * basis[k];
+      for (std::size_t k = 0; k < smooth_function_count; ++k)
+        lamp.irradiance += around.coefficients[k] * basis[k];
       for (int c = 0; c < 3; ++c) lamp.irradiance[c] = std::max(lamp.irradiance[c], least) * ring.solid_angle;
     }
   }
@@ -131,30 +132,30 @@ std::vector<CellLamp> smooth_lamps(const SmoothLight& around, float least) {
 
 std::vector<float> smooth_response(const Fabric& fabric) {
   constexpr DirectionGrid grid{32, 32};
-  const std::shared_ptr<const ProductBases> bases = bases_of(fabric);
+  const std::shared_ptr<const ProductBases> bases = shared_bases(fabric);
   if (!bases) return {};
   const std::size_t functions = bases->light.size() / fabric.lights.count();
-  std::vector<float> response(functions * smooth_functions * 3, 0.0F);
-  for (const V3f& d : directions_of(grid)) {
+  std::vector<float> response(functions * smooth_function_count * 3, 0.0F);
+  for (const V3f& d : cell_directions(grid)) {
     const DirectionTaps taps = interpolate(fabric.lights, d);
     const auto basis = smooth_basis(d.x, d.y, d.z);
     const float part = d.z * two_pi / static_cast<float>(grid.count());
     for (std::size_t b = 0; b < functions; ++b) {
       const V3f of_b = psi(*bases, fabric, b, taps) * part;
-      for (std::size_t k = 0; k < smooth_functions; ++k) {
-        for (int c = 0; c < 3; ++c) response[(b * smooth_functions + k) * 3 + c] += of_b[c] * basis[k];
+      for (std::size_t k = 0; k < smooth_function_count; ++k) {
+        for (int c = 0; c < 3; ++c) response[(b * smooth_function_count + k) * 3 + c] += of_b[c] * basis[k];
       }
     }
   }
   return response;
 }
 
-float largest_yarn_pixel(const Fabric& fabric) {
+float max_yarn_pixel_texels(const Fabric& fabric) {
   const auto& yarns = fabric.levels.front().yarns();
   if (!yarns) return 0;
   const V2f texels(fabric.texels());
   const float nodes = static_cast<float>(yarns->data().nodes.size());
-  return std::sqrt(texels.x * texels.y) / std::max(min_yarn_pixels, nodes / max_nodes_of_pixel);
+  return std::sqrt(texels.x * texels.y) / std::max(min_repeat_pixels, nodes / max_nodes_per_pixel);
 }
 
 CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced) {
@@ -163,30 +164,31 @@ CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced) {
   if (forced >= 0) return {0, std::min(forced, last), 0};
   const V2f texels(fabric.texels());
   const V2f size = pixel * texels;
-  const float width = pixel_size({V2f(size.x, 0), V2f(0, size.y)});
+  const float width = pixel_width_texels({V2f(size.x, 0), V2f(0, size.y)});
   const float level = std::clamp(std::log2(width) + level_bias, 0.0F, static_cast<float>(last));
-  CellLevels shown{yarn_weight(width, largest_yarn_pixel(fabric)), static_cast<int>(level), 0};
+  CellLevels shown{yarn_weight(width, max_yarn_pixel_texels(fabric)), static_cast<int>(level), 0};
   // Larger images take too much memory.
   const auto is_large = [&](const FabricLevel& candidate) {
     return std::max(candidate.width, candidate.height) > max_cell_samples;
   };
-  while (shown.finer < last && is_large(levels[shown.finer])) ++shown.finer;
-  if (shown.finer < last) shown.coarser = blend_of_levels(level - static_cast<float>(shown.finer));
+  while (shown.finer_level < last && is_large(levels[shown.finer_level])) ++shown.finer_level;
+  if (shown.finer_level < last)
+    shown.coarser_weight = coarser_level_weight(level - static_cast<float>(shown.finer_level));
   return shown;
 }
 
-CellSize texel_size(const Fabric& fabric, const V2f& pixel, int level) {
+CellSize texel_cell_size(const Fabric& fabric, const V2f& pixel, int level) {
   const FabricLevel& stored = fabric.levels[level];
   CellSize size{{stored.width, stored.height}, {1, 1}, 1};
   for (int axis = 0; axis < 2; ++axis) {
-    const float texels = std::min(pixel[axis], 1.0F) * static_cast<float>(size.samples[axis]);
-    size.pixel[axis] = std::max(1, static_cast<int>(std::lround(texels)));
+    const float texels = std::min(pixel[axis], 1.0F) * static_cast<float>(size.repeat_samples[axis]);
+    size.pixel_samples[axis] = std::max(1, static_cast<int>(std::lround(texels)));
   }
   return size;
 }
 
 CellTexels::CellTexels(const Fabric& fabric) : front_{&fabric, smooth_response(fabric)} {
-  if (const Fabric* const through = fabric.side_of(Side::through))
+  if (const Fabric* const through = fabric.find_side(Side::through))
     through_ = {through, smooth_response(*through)};
 }
 
@@ -194,7 +196,7 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
   if (!(weight > 0)) return;
   const FabricLevel& level = front_.fabric->levels[number];
   const std::size_t count = level.texels();
-  std::vector<Quad> texels(count * view.planes);
+  std::vector<Quad> texels(count * view.plane_count);
   const TappedDirection seen(front_.fabric->views, view.view);
   std::vector<float> alpha(count);
   for (std::size_t i = 0; i < count; ++i)
@@ -209,7 +211,7 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
       lamps.push_back(lamp);
       lamps.back().direction.z = z;
     }
-    std::optional<SmoothLight> around = view.around;
+    std::optional<SmoothLight> around = view.environment;
     if (around && behind) around = mirrored(*around);
     const FabricLevel& own = layer.fabric->levels[number];
     const SmoothLight* const smooth = around ? &*around : nullptr;
@@ -219,7 +221,7 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
       add_texels(own, *layer.fabric, seen, std::move(lamps), smooth, texels);
   }
   // A sample shows the texel in which its middle lies. Rows of samples rise, texels' fall.
-  const V2i& size = view.size.samples;
+  const V2i& size = view.size.repeat_samples;
   const auto texel_at = [](int sample, int samples_across, int extent) {
     return (2 * sample + 1) * extent / (2 * samples_across);
   };
@@ -230,7 +232,7 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
     for (int x = 0; x < size.x; ++x) {
       const std::size_t i = row + texel_at(x, size.x, level.width);
       (*to)[3] += weight * alpha[i];
-      for (int plane = 0; plane < view.planes; ++plane, ++to) {
+      for (int plane = 0; plane < view.plane_count; ++plane, ++to) {
         const Quad& value = texels[plane * count + i];
         for (std::size_t c = 0; c < 3; ++c) (*to)[c] += weight * value[c];
       }
@@ -240,9 +242,9 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
 
 void CellTexels::add(const CellView& view, std::span<Group> samples) const {
   const CellLevels& levels = view.levels;
-  const float left = 1 - levels.yarn;
-  add_level(view, levels.finer, left * (1 - levels.coarser), samples);
-  add_level(view, levels.finer + 1, left * levels.coarser, samples);
+  const float left = 1 - levels.yarn_weight;
+  add_level(view, levels.finer_level, left * (1 - levels.coarser_weight), samples);
+  add_level(view, levels.finer_level + 1, left * levels.coarser_weight, samples);
 }
 
 }  // namespace selvedge

@@ -10,10 +10,10 @@
 
 namespace selvedge {
 
-/// Below so many pixels a repeat, in the mean of both sides, texels show in place of yarn; of yarn with many
-/// nodes, which cost their time in each image, below a pixel for so many.
-inline constexpr float min_yarn_pixels = 2;
-inline constexpr float max_nodes_of_pixel = 4000;
+/// Below this number of pixels a repeat, in the mean of both sides, texels show in place of yarn; of yarn
+/// with many nodes, which cost their time in each image, below a pixel for this number of them.
+inline constexpr float min_repeat_pixels = 2;
+inline constexpr float max_nodes_per_pixel = 4000;
 
 /// Response of a fabric's psi_b to smooth light, [b][function][colour]: integrals over the hemisphere, the
 /// cosine included. Empty without products.
@@ -24,13 +24,13 @@ std::vector<float> smooth_response(const Fabric& fabric);
 std::vector<CellLamp> smooth_lamps(const SmoothLight& around, float least);
 
 /// Width of the pixels at which texels take over from the yarn itself, in texels of level 0; 0 without yarn.
-float largest_yarn_pixel(const Fabric& fabric);
+float max_yarn_pixel_texels(const Fabric& fabric);
 
 /// For pixels of `pixel` repeats along u and v. The finer level has 2 to 4 texels along a pixel. A `forced`
 /// level shows alone; -1: none is forced.
 CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced);
 /// Size of images that show texels alone: samples are the texels of this level.
-CellSize texel_size(const Fabric& fabric, const V2f& pixel, int level);
+CellSize texel_cell_size(const Fabric& fabric, const V2f& pixel, int level);
 
 /// One side of a fabric. Immutable: for any number of threads.
 class CellTexels {

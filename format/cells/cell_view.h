@@ -24,46 +24,46 @@ inline constexpr int max_cell_samples = 1024;
 
 /// Sizes of an image: samples of a repeat along x (u) and y, and samples of a pixel.
 struct CellSize {
-  V2i samples{min_cell_texels, min_cell_texels};
-  V2i pixel{1, 1};
-  int stride = 1;    ///< every so many filtered samples one is kept
-  V2i first{0, 0};   ///< of the samples that are made, multiples of `stride` in [0, samples)
-  V2i window{0, 0};  ///< so many from there on, which the repeat continues; 0: all of the repeat
-  bool is_whole() const { return window.x == 0; }
-  V2i made() const { return is_whole() ? samples : window; }
-  std::size_t count() const { return std::size_t{1} * made().x * made().y; }
+  V2i repeat_samples{min_cell_texels, min_cell_texels};
+  V2i pixel_samples{1, 1};
+  int stride = 1;            ///< one of `stride` filtered samples is kept
+  V2i window_origin{0, 0};   ///< of the samples that are made, multiples of `stride` in [0, samples)
+  V2i window_samples{0, 0};  ///< its size from there on, which the repeat continues; 0: all of the repeat
+  bool is_whole() const { return window_samples.x == 0; }
+  V2i rendered_samples() const { return is_whole() ? repeat_samples : window_samples; }
+  std::size_t count() const { return std::size_t{1} * rendered_samples().x * rendered_samples().y; }
   /// Texels of the image, without the ones behind the last.
-  V2i texels() const { return (is_whole() ? samples : window - pixel) / stride; }
+  V2i texels() const { return (is_whole() ? repeat_samples : window_samples - pixel_samples) / stride; }
   bool operator==(const CellSize&) const = default;
 };
 
-/// Parts of a repeat: bits from 0 on along u, from parts_of_side on along v.
+/// Parts of a repeat: bits from 0 on along u, from parts_per_side on along v.
 using RepeatParts = std::uint64_t;
-inline constexpr int parts_of_side = 32;
+inline constexpr int parts_per_side = 32;
 inline constexpr RepeatParts whole_repeat = ~RepeatParts{0};
 
 /// Weights of the yarn and of two neighbouring levels of texels; their sum is 1.
 struct CellLevels {
-  float yarn = 1;
-  int finer = 0;      ///< level
-  float coarser = 0;  ///< fraction of the next level in what the yarn leaves
+  float yarn_weight = 1;
+  int finer_level = 0;       ///< level
+  float coarser_weight = 0;  ///< fraction of the next level in what the yarn leaves
 };
 
 struct CellView {
   V3f view{0, 0, 1};  ///< unit, towards the viewer; z > 0
   std::vector<CellLamp> lamps;
-  std::optional<SmoothLight> around;  ///< in the frame of the fabric; added to plane 0
+  std::optional<SmoothLight> environment;  ///< in the frame of the fabric; added to plane 0
   CellLevels levels;
   CellSize size;
-  int planes = 1;
-  bool hairs = true;
+  int plane_count = 1;
+  bool has_hairs = true;
   bool hair_shadows = true;
-  float shadow_texels = 1;    ///< texels of shadow grids for each pixel
-  float piece_pixels = 1.5F;  ///< longest piece of a ply; 1.5 cost 0.06 dB
-  /// Hairs and strands are seen as by so many rays along a pixel's side (Yarns::trace()).
-  float detail = 8;
-  /// One shading for the samples of one ply among so many x so many.
-  int shaded_together = 1;
+  float shadow_texels_per_pixel = 1;  ///< texels of shadow grids for each pixel
+  float max_piece_pixels = 1.5F;      ///< longest piece of a ply; 1.5 cost 0.06 dB
+  /// Hairs and strands are as sharp as with this number of rays along a pixel's side (Yarns::trace()).
+  float rays_per_pixel = 8;
+  /// The samples of one ply in a block of n x n share one shading: n.
+  int shading_block = 1;
 };
 
 }  // namespace selvedge

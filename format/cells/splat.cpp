@@ -90,11 +90,11 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& perio
   };
   const Wide zero(0);
   const Wide one(1);
-  const Wide rank = number(YarnPieces::rank);
+  const Wide rank = number(YarnPieces::hair_threshold);
   Wide radius = number(YarnPieces::radius);
   Wide is_shown = one;
-  if (base + static_cast<int>(N) > pieces.plies) {
-    const Wide wider = min(max(Wide(view.width / 2), radius), number(YarnPieces::reach));
+  if (base + static_cast<int>(N) > pieces.ply_piece_count) {
+    const Wide wider = min(max(Wide(view.ray_width / 2), radius), number(YarnPieces::bounding_radius));
     is_shown = if_greater(rank, zero, if_greater(radius, wider * rank, one, zero), one);
     radius = if_greater(rank, zero, wider, radius);
     if (!any_greater(is_shown, zero)) return false;
@@ -255,9 +255,9 @@ SELVEDGE_INLINE void draw(const float (*fields)[N], int i, std::int32_t number, 
         }
       }
     };
-    each_copy(left, right, grid.first.x, grid.width, grid.period.x, draw_columns);
+    each_copy(left, right, grid.window_origin.x, grid.width, grid.period.x, draw_columns);
   };
-  each_copy(fields[low_y][i], fields[high_y][i], grid.first.y, grid.height, grid.period.y,
+  each_copy(fields[low_y][i], fields[high_y][i], grid.window_origin.y, grid.height, grid.period.y,
             [&](int j, int row, int count) {
               for (; count > 0; --count) draw_row(j++, row++);
             });
@@ -309,10 +309,10 @@ SELVEDGE_INLINE void blend(const float (*fields)[N], int i, std::span<const Grou
         for (; k < 4 * planes; k += 4) blend_at(k, WideFloat<4>());
       }
     };
-    each_copy(left, right, seen.first.x, seen.width, seen.period.x, blend_columns);
+    each_copy(left, right, seen.window_origin.x, seen.width, seen.period.x, blend_columns);
   };
-  each_copy(fields[low_y][i] - 0.5F, fields[high_y][i] + 0.5F, seen.first.y, seen.height, seen.period.y,
-            [&](int j, int row, int count) {
+  each_copy(fields[low_y][i] - 0.5F, fields[high_y][i] + 0.5F, seen.window_origin.y, seen.height,
+            seen.period.y, [&](int j, int row, int count) {
               for (; count > 0; --count) blend_row(j++, row++);
             });
 }
@@ -321,7 +321,7 @@ template <std::size_t N>
 SELVEDGE_INLINE void splat_pieces(const YarnPieces& pieces, const V2f& period, float plane,
                                   const SplatView& view, DepthGrid& grid) {
   const V2f texel = period / V2f(grid.period);
-  const int count = view.hairs ? pieces.count() : pieces.plies;
+  const int count = view.has_hairs ? pieces.count() : pieces.ply_piece_count;
   alignas(64) float fields[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
   for (int base = 0; base < count; base += static_cast<int>(N)) {
     if (!set_up<N>(pieces, base, period, plane, view, texel, fields)) continue;
@@ -346,10 +346,10 @@ SELVEDGE_INLINE void blend_pieces(const YarnPieces& pieces, const V2f& period, f
                                   std::span<const Group> colours, std::span<Group> raw) {
   const V2f texel = period / V2f(seen.period);
   alignas(64) float fields[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
-  for (int base = pieces.plies; base < pieces.count(); base += static_cast<int>(N)) {
+  for (int base = pieces.ply_piece_count; base < pieces.count(); base += static_cast<int>(N)) {
     if (!set_up<N>(pieces, base, period, plane, view, texel, fields)) continue;
     for (int i = 0; i < std::min(static_cast<int>(N), pieces.count() - base); ++i) {
-      if (fields[shown][i] > 0) blend<N>(fields, i, colours, seen, base + i - pieces.plies, raw);
+      if (fields[shown][i] > 0) blend<N>(fields, i, colours, seen, base + i - pieces.ply_piece_count, raw);
     }
   }
 }
@@ -364,16 +364,16 @@ static_assert(columns_behind <= min_cell_texels);
 }  // namespace
 
 void DepthGrid::resize(const CellSize& size, bool with_pieces) {
-  period = size.samples;
-  first = size.first;
-  width = size.made().x;
-  height = size.made().y;
+  period = size.repeat_samples;
+  window_origin = size.window_origin;
+  width = size.rendered_samples().x;
+  height = size.rendered_samples().y;
   stride = width + columns_behind;
   z.assign(static_cast<std::size_t>(stride) * height, no_depth);
   piece.resize(with_pieces ? z.size() : 0);
 }
 
-V2f slope_of(const V3f& direction) {
+V2f ray_slope(const V3f& direction) {
   const float rise = std::max(direction.z, min_rise);
   return {direction.x / rise, direction.y / rise};
 }
@@ -381,12 +381,12 @@ V2f slope_of(const V3f& direction) {
 void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const DepthGrid& seen,
                  std::span<const Group> colours, std::span<Group> raw) {
   static const auto blend_all = blend_pieces_for_this_processor();
-  blend_all(pieces, yarn.yarns().period(), yarn.plane(), view, seen, colours, raw);
+  blend_all(pieces, yarn.yarns().period(), yarn.reference_height(), view, seen, colours, raw);
 }
 
 void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, DepthGrid& grid) {
   static const auto draw_all = splat_pieces_for_this_processor();
-  draw_all(pieces, yarn.yarns().period(), yarn.plane(), view, grid);
+  draw_all(pieces, yarn.yarns().period(), yarn.reference_height(), view, grid);
   for (int row = 0; row < grid.height && grid.width == grid.period.x; ++row) {
     const auto begin = grid.z.begin() + static_cast<std::ptrdiff_t>(row) * grid.stride;
     std::copy_n(begin, columns_behind, begin + grid.width);

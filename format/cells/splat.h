@@ -18,27 +18,29 @@ inline constexpr float no_depth = -1e30F;
 /// Depths of a cell or of a window in it; `stride` - `width` columns follow each row, which of a whole cell
 /// repeat its first ones.
 struct DepthGrid {
-  V2i period{0, 0};  ///< texels of the cell
-  V2i first{0, 0};   ///< texel of the cell
+  V2i period{0, 0};         ///< texels of the cell
+  V2i window_origin{0, 0};  ///< texel of the cell
   int width = 0;
   int height = 0;
   int stride = 0;
   std::vector<float> z;             ///< mm, where the ray meets yarn; no_depth where it meets none
   std::vector<std::int32_t> piece;  ///< undefined where it meets none; empty if unwanted
   void resize(const CellSize& size, bool with_pieces);
-  void resize(int columns, int rows, bool with_pieces) { resize({.samples = {columns, rows}}, with_pieces); }
+  void resize(int columns, int rows, bool with_pieces) {
+    resize({.repeat_samples = {columns, rows}}, with_pieces);
+  }
 };
 
 struct SplatView {
   V2f slope{0, 0};  ///< way along x and y of a ray for each mm of height, towards the viewer
   /// Width of what a ray stands for, mm: of thinner hairs only a fraction is met, and these are as much
   /// wider.
-  float width = 0;
-  bool hairs = true;
+  float ray_width = 0;
+  bool has_hairs = true;
 };
 
 /// Slope of rays from a unit direction: rays rise by at least min_rise (lifted.h).
-V2f slope_of(const V3f& direction);
+V2f ray_slope(const V3f& direction);
 
 /// Blends hairs, as lines of their fraction of each texel, over texels whose yarn `seen` has, in the order of
 /// the pieces. `colours`: [hair][plane], radiance; `raw`: [row][column][plane], radiance and opacity.

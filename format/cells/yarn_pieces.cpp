@@ -19,7 +19,7 @@ Yarns::Segment chord(std::span<const Yarns::Segment> chain) {
   s.along = last.start + last.along - s.start;
   s.tangent[1] = last.tangent[1];
   s.across[1] = last.across[1];
-  s.out[1] = last.out[1];
+  s.axis_to_ply[1] = last.axis_to_ply[1];
   s.stations = 0;
   s.radius = 0;
   for (const Yarns::Segment& part : chain) {
@@ -33,23 +33,23 @@ Yarns::Segment chord(std::span<const Yarns::Segment> chain) {
 
 std::array<Group, 2> strands_of(const YarnCurve& curve, const V2f& sense, const Yarns::Segment& s) {
   const YarnStrands& strands = curve.strands;
-  const bool some = strands.count != 0 && !(s.rank > 0);
+  const bool some = strands.count != 0 && !(s.hair_threshold > 0);
   const auto count = some ? static_cast<float>(std::abs(strands.count)) : 1.0F;
-  const float width = 2 * std::numbers::pi_v<float> * s.wide(s.radius) / count;
+  const float width = 2 * std::numbers::pi_v<float> * s.half_width(s.radius) / count;
   return {{{count, some ? static_cast<float>(shift_within_turn(strands)) : 0,
-            static_cast<float>(strands.shift) / count, static_cast<float>(s.rows.first)},
-           {static_cast<float>(s.rows.later), width, some ? sense.x : 0, some ? sense.y : 0}}};
+            static_cast<float>(strands.shift) / count, static_cast<float>(s.rows.first_row)},
+           {static_cast<float>(s.rows.next_first_row), width, some ? sense.x : 0, some ? sense.y : 0}}};
 }
 
 /// Pieces as long as so many segments of mean length `step`, of each curve as many of its own as fit, but
 /// shorter in bends.
 YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
-  const Yarns::Inside inside = yarns.inside();
+  const Yarns::Geometry inside = yarns.geometry();
   const YarnData& data = yarns.data();
   YarnPieces pieces;
   std::vector<Yarns::Segment> hairs;
   std::span<const Yarns::Segment> rest = inside.segments;
-  hairs.reserve(std::ranges::count_if(rest, [](const Yarns::Segment& s) { return s.rank > 0; }));
+  hairs.reserve(std::ranges::count_if(rest, [](const Yarns::Segment& s) { return s.hair_threshold > 0; }));
   for (const YarnCurve& curve : data.curves) {
     const int of_ply = curve.nodes * curve.plies.divisions;
     float length = 0;
@@ -64,22 +64,24 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
       }
       rest = rest.subspan(of_ply);
     }
-    for (; !rest.empty() && rest.front().rank > 0; rest = rest.subspan(1)) hairs.push_back(rest.front());
+    for (; !rest.empty() && rest.front().hair_threshold > 0; rest = rest.subspan(1))
+      hairs.push_back(rest.front());
   }
   // Hairs that vanish together are in one vector of the splatter.
-  std::ranges::stable_sort(hairs, std::ranges::greater{}, empty_for);
-  pieces.plies = pieces.count();
+  std::ranges::stable_sort(hairs, std::ranges::greater{}, min_empty_width);
+  pieces.ply_piece_count = pieces.count();
   pieces.segments.insert(pieces.segments.end(), hairs.begin(), hairs.end());
-  for (const Yarns::Segment& s : hairs) pieces.thickest_hair = std::max(pieces.thickest_hair, s.radius);
+  for (const Yarns::Segment& s : hairs)
+    pieces.thickest_hair_radius = std::max(pieces.thickest_hair_radius, s.radius);
   for (std::vector<float>& values : pieces.numbers) values.reserve(pieces.segments.size() + padding);
   pieces.strands.reserve(pieces.segments.size());
   for (const Yarns::Segment& s : pieces.segments) {
     const V3f axis = squeezed(s.along, s.squeeze);
     const float length = axis.length();
-    const std::array<float, YarnPieces::number_count> numbers{
-        s.start.x,       s.start.y,       s.start.z,       s.along.x, s.along.y, s.along.z,
-        axis.x / length, axis.y / length, axis.z / length, length,    s.radius,  s.squeeze.x,
-        s.squeeze.y,     s.squeeze.z,     s.rank,          s.reach};
+    const std::array<float, YarnPieces::field_count> numbers{
+        s.start.x,       s.start.y,       s.start.z,        s.along.x,        s.along.y, s.along.z,
+        axis.x / length, axis.y / length, axis.z / length,  length,           s.radius,  s.squeeze.x,
+        s.squeeze.y,     s.squeeze.z,     s.hair_threshold, s.bounding_radius};
     for (std::size_t k = 0; k < numbers.size(); ++k) pieces.numbers[k].push_back(numbers[k]);
     pieces.strands.push_back(strands_of(data.curves[s.curve], inside.strand_sense[s.curve], s));
   }
@@ -96,8 +98,8 @@ CellYarn::CellYarn(const Yarns& yarns, float plane, std::span<const float> sky)
       details_(std::make_shared<std::array<Detail, detail_lengths.size()>>()) {
   for (const YarnCurve& curve : yarns.data().curves) flat_ |= !curve.is_round();
   int plies = 0;
-  for (const Yarns::Segment& s : yarns.inside().segments) {
-    if (s.rank > 0) continue;
+  for (const Yarns::Segment& s : yarns.geometry().segments) {
+    if (s.hair_threshold > 0) continue;
     step_ += s.along.length();
     ++plies;
   }

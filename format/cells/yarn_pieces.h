@@ -33,31 +33,32 @@ struct YarnPieces {
     squeeze_x,
     squeeze_y,
     squeeze_z,
-    rank,
-    reach,
-    number_count
+    hair_threshold,
+    bounding_radius,
+    field_count
   };
   std::vector<Yarns::Segment> segments;
   /// Strands: count, shift within a turn, lays, first row; later row, width in mm, strand sense x and
   /// y.
   std::vector<std::array<Group, 2>> strands;
-  std::array<std::vector<float>, number_count> numbers;  ///< padded by a vector's width
-  int plies = 0;                                         ///< number of pieces that are no hairs
-  float thickest_hair = 0;                               ///< radius, mm
+  std::array<std::vector<float>, field_count> numbers;  ///< padded by a vector's width
+  int ply_piece_count = 0;                              ///< number of pieces that are no hairs
+  float thickest_hair_radius = 0;                       ///< radius, mm
   int count() const { return static_cast<int>(segments.size()); }
 };
 
 /// One side of a fabric, prepared for images of its cell. Immutable: for any number of threads.
 class CellYarn {
  public:
-  /// `plane`: Fabric::reference_height. `sky`: sky_of() the yarn, or empty. Both must outlive the object.
+  /// `plane`: Fabric::reference_height. `sky`: sky_transfer() the yarn, or empty. Both must outlive the
+  /// object.
   CellYarn(const Yarns& yarns, float plane, std::span<const float> sky);
 
   const Yarns& yarns() const { return *yarns_; }
-  float plane() const { return plane_; }
+  float reference_height() const { return plane_; }
   std::span<const float> sky() const { return sky_; }
   void set_sky(std::span<const float> sky) { sky_ = sky; }
-  bool is_flat() const { return flat_; }  ///< whether some section is an ellipse
+  bool has_flat_sections() const { return flat_; }  ///< whether some section is an ellipse
   /// The coarsest pieces that are at most `longest` mm long, or the finest. Each level is made when it is
   /// first asked for.
   const YarnPieces& pieces(float longest) const;

@@ -27,7 +27,7 @@ constexpr std::uint64_t max_picture_bytes = std::uint64_t{1} << 30;
 void check_pictures(const GltfDocument& document, std::uint64_t memory, IssueSink& issues) {
   constexpr std::array smallest{15};  // halvings
   const ImageLimits picture_limits{.memory = memory};
-  const Json& images = array_of(document.json, "images");
+  const Json& images = array_member(document.json, "images");
   for (int i = 0; i < static_cast<int>(images.size()); ++i) {
     if (!images[i].contains("uri") && !images[i].contains("bufferView")) continue;  // an extension has it
     const auto bytes = read_image_bytes(document, i, max_picture_bytes);
@@ -49,10 +49,10 @@ void check_places(const Scene& scene, IssueSink& issues) {
     for (int corner = 0; corner < 8 && !box.isEmpty(); ++corner) {
       const V3d place(corner % 2 == 0 ? box.min.x : box.max.x, corner / 2 % 2 == 0 ? box.min.y : box.max.y,
                       corner < 4 ? box.min.z : box.max.z);
-      if (is_near(place) && is_near(place * instance.world)) continue;
+      if (is_in_coordinate_range(place) && is_in_coordinate_range(place * instance.world)) continue;
       const ScenePrimitive& primitive = scene.primitives[instance.primitive];
       return issues.add(Code::mesh_not_finite,
-                        fmt::format("/meshes/{}/primitives/{}", primitive.mesh, primitive.index),
+                        fmt::format("/meshes/{}/primitives/{}", primitive.mesh, primitive.primitive_index),
                         "places lie beyond 10^9 m");
     }
   }
@@ -71,14 +71,14 @@ Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, 
   IssueSink issues(path);
   const std::optional<GltfDocument> document = load_gltf(bytes, path, limits.document, issues);
   if (!document) return issues.take();
-  Scene read = read_everything(*document, limits, issues);
+  Scene read = read_whole_document(*document, limits, issues);
   read.memory_left = std::min(read.memory_left, limits.document.memory);
   bool pictures_fit = false;
   if (!issues.has_error()) {  // else it would repeat the same faults
     check_references(*document, issues);
     check_places(read, issues);
-    const auto left = check_drawable(read, limits.document.memory);
-    const Result<void> textures = left ? check_textures(read, *left) : Result<void>();
+    const auto left = check_scene_memory(read, limits.document.memory);
+    const Result<void> textures = left ? check_texture_memory(read, *left) : Result<void>();
     pictures_fit = left && textures;
     if (!pictures_fit) issues.add(left ? textures.error() : left.error());
   }

@@ -23,7 +23,7 @@ Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path,
                   const SceneLimits& limits = {}, Scene* scene = nullptr);
 
 /// The rules of SELVEDGE_materials_fabric, and the fabrics themselves. `scene` is the document as
-/// read_everything reads it.
+/// read_whole_document reads it.
 void check_fabric_extension(const GltfDocument& document, const Scene& scene, IssueSink& issues);
 
 }  // namespace selvedge

@@ -43,7 +43,7 @@ template <class F>
 void for_each_texture(const Json& json, const std::string& place, const F& visit) {
   for (const auto& [key, value] : json.items()) {
     if (!value.is_object() || key == "extras" || key == fabric_extension) continue;
-    const std::string where = pointer_to(place, key);
+    const std::string where = member_pointer(place, key);
     if (key.ends_with("Texture") && value.contains(index))
       visit(value, where);
     else
@@ -52,7 +52,7 @@ void for_each_texture(const Json& json, const std::string& place, const F& visit
 }
 
 bool lists(const Json& root, const char* array) {
-  const Json& names = array_of(root, array);
+  const Json& names = array_member(root, array);
   return std::ranges::find(names, fabric_extension) != names.end();
 }
 
@@ -66,7 +66,7 @@ class FabricCheck {
     if (lists(root_, "extensionsRequired"))
       wrong("/extensionsRequired", std::string(fabric_extension) + " must not be required");
     const Json& extension = member(member(root_, "extensions"), fabric_extension);
-    const Json& materials = array_of(root_, "materials");
+    const Json& materials = array_member(root_, "materials");
     std::vector<int> dressed;
     for (int i = 0; i < static_cast<int>(materials.size()); ++i)
       if (!member(member(materials[i], "extensions"), fabric_extension).is_null()) dressed.push_back(i);
@@ -116,7 +116,7 @@ class FabricCheck {
   Entry check_source(const SceneFabric& fabric, const std::string& place) {
     std::error_code ignored;
     const bool embedded = fabric.path.empty();
-    const bool present = embedded || (document_.other_files != OtherFiles::none &&
+    const bool present = embedded || (document_.external_files != ExternalFiles::none &&
                                       std::filesystem::is_regular_file(fabric.path, ignored));
     if (!present) {
       issues_.add(Code::gltf_reference, place + "/" + uri, fmt::format("there is no file {}", fabric.path));
@@ -182,18 +182,18 @@ class FabricCheck {
     for (const char* part : {mask_texture, normal_texture, tint_texture}) {
       const Json& info = member(extension, part);
       if (info.is_null()) continue;
-      if (entry_of(document_, "textures", index_of(member(info, index))).is_null()) {
+      if (root_entry(document_, "textures", index_of(member(info, index))).is_null()) {
         wrong(within + part, "is no texture of the file");
         continue;
       }
-      check_coordinates(number, placement_of(info).tex_coord, "the garment's textures");
+      check_coordinates(number, read_texture_mapping(info).tex_coord, "the garment's textures");
     }
     const Json& cutoff = member(extension, mask_cutoff);
-    if (!cutoff.is_null() && !(number_of(cutoff, -1) >= 0))
+    if (!cutoff.is_null() && !(number_or(cutoff, -1) >= 0))
       wrong(within + mask_cutoff, "is no number from 0 on");
     const Json& tint = member(extension, tint_factor);
     const bool in_range = tint.is_array() && tint.size() == 3 && std::ranges::all_of(tint, [](const Json& c) {
-                            const double value = number_of(c, -1);
+                            const double value = number_or(c, -1);
                             return value >= 0 && value <= max_tint;
                           });
     if (!tint.is_null() && !in_range)
@@ -215,7 +215,7 @@ class FabricCheck {
     const Json& color = member(core, "baseColorTexture");
     if (color.is_null())
       warn(place + "/pbrMetallicRoughness", "no baseColorTexture: other viewers show one colour");
-    if (const double metal = number_of(member(core, "metallicFactor"), 1); metal != 0) {
+    if (const double metal = number_or(member(core, "metallicFactor"), 1); metal != 0) {
       warn(place + "/pbrMetallicRoughness/metallicFactor",
            fmt::format("is {}: other viewers show metal", metal));
     }
@@ -226,7 +226,7 @@ class FabricCheck {
                                : where == place + "/normalTexture" ? own(material, normal_texture)
                                                                    : Json();
       if (of_garment.is_object()) {
-        check_layout(info, where, "the extension's texture", placement_of(of_garment));
+        check_layout(info, where, "the extension's texture", read_texture_mapping(of_garment));
         if (member(info, index) != member(of_garment, index))
           warn(where, "is another texture than the extension's");
         return;
@@ -236,8 +236,9 @@ class FabricCheck {
     });
   }
 
-  void check_layout(const Json& info, const std::string& place, const char* other, const Placement& wanted) {
-    const auto [set, transform] = placement_of(info);
+  void check_layout(const Json& info, const std::string& place, const char* other,
+                    const TextureMapping& wanted) {
+    const auto [set, transform] = read_texture_mapping(info);
     if (set != wanted.tex_coord) {
       issues_.add(Code::gltf_transform, place,
                   fmt::format("is on UV set {}, {} on {}", set, other, wanted.tex_coord));
@@ -252,13 +253,13 @@ class FabricCheck {
 
   void check_wrap(const Json& info, const std::string& place) {
     constexpr int repeat = 10497;
-    const Json& texture = entry_of(document_, "textures", index_of(member(info, index)));
+    const Json& texture = root_entry(document_, "textures", index_of(member(info, index)));
     const int number = index_of(member(texture, "sampler"));
     for (const char* axis : {"wrapS", "wrapT"}) {
-      const Json& wrap = member(entry_of(document_, "samplers", number), axis);
+      const Json& wrap = member(root_entry(document_, "samplers", number), axis);
       if (wrap.is_null() || wrap == repeat) continue;
       warn(place, fmt::format("{} of its sampler {} is {}: it does not repeat as the fabric does", axis,
-                              number, number_of(wrap, 0)));
+                              number, number_or(wrap, 0)));
     }
   }
 
@@ -274,8 +275,8 @@ class FabricCheck {
     const bool masked = own(material, mask_texture).is_object();
     if (masked && mode != "MASK")
       warn(where, "is not MASK: other viewers do not show the outline of the garment");
-    const double cutoff = number_of(member(material, "alphaCutoff"), 0.5);
-    const double wanted = masked ? number_of(own(material, mask_cutoff), 0.5) : 0.5;
+    const double cutoff = number_or(member(material, "alphaCutoff"), 0.5);
+    const double wanted = masked ? number_or(own(material, mask_cutoff), 0.5) : 0.5;
     const bool any = !masked && own_base(material).is_object();
     if (mode == "MASK" && !any && !close(cutoff, wanted)) {
       warn(place + "/alphaCutoff",
@@ -289,7 +290,7 @@ class FabricCheck {
   IssueSink& issues_;
   std::vector<Entry> entries_;
   std::map<std::string, std::size_t> sources_;  ///< uri or view -> the first entry that names it
-  Uses uses_ = uses_of(root_);
+  MaterialUses uses_ = find_material_uses(root_);
 };
 
 }  // namespace

@@ -11,9 +11,9 @@
 namespace selvedge {
 
 /// Reads numbers one after the other. Precondition: the bytes suffice.
-class ExrBytes {
+class ExrByteReader {
  public:
-  explicit ExrBytes(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+  explicit ExrByteReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
   std::uint8_t byte() { return static_cast<std::uint8_t>(number<1>()); }
   std::uint32_t u32() { return static_cast<std::uint32_t>(number<4>()); }
   std::int32_t i32() { return std::bit_cast<std::int32_t>(u32()); }
@@ -31,7 +31,7 @@ class ExrBytes {
   std::span<const std::uint8_t> bytes_;
 };
 
-inline std::string exr_numbers(std::initializer_list<std::int32_t> numbers) {
+inline std::string exr_int32_bytes(std::initializer_list<std::int32_t> numbers) {
   std::string bytes;
   for (const std::int32_t number : numbers)
     for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(number >> shift);

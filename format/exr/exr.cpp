@@ -30,15 +30,15 @@ Imf::Header exr_header(const ExrPart& part, const ExrPart& display) {
   Imf::Header header(part.width, part.height);
   header.displayWindow() = Imath::Box2i({0, 0}, {display.width - 1, display.height - 1});
   header.setName(part.name);
-  header.setType(part.mipmapped ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
-  header.compression() = part.zip ? Imf::ZIP_COMPRESSION : Imf::NO_COMPRESSION;
-  if (part.mipmapped) {
-    header.setTileDescription(Imf::TileDescription(static_cast<unsigned>(part.tile.x),
-                                                   static_cast<unsigned>(part.tile.y), Imf::MIPMAP_LEVELS,
-                                                   Imf::ROUND_DOWN));
+  header.setType(part.has_mipmaps ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
+  header.compression() = part.is_zipped ? Imf::ZIP_COMPRESSION : Imf::NO_COMPRESSION;
+  if (part.has_mipmaps) {
+    header.setTileDescription(Imf::TileDescription(static_cast<unsigned>(part.tile_size.x),
+                                                   static_cast<unsigned>(part.tile_size.y),
+                                                   Imf::MIPMAP_LEVELS, Imf::ROUND_DOWN));
   }
   for (const ExrChannel& channel : part.channels)
-    header.channels().insert(channel.name, Imf::Channel(channel.half ? Imf::HALF : Imf::FLOAT));
+    header.channels().insert(channel.name, Imf::Channel(channel.is_half ? Imf::HALF : Imf::FLOAT));
   for (const auto& [name, text] : part.attributes) header.insert(name, Imf::StringAttribute(text));
   return header;
 }
@@ -54,12 +54,12 @@ StoredPlanes stored_planes(const ExrPart& part, const ExrPixels& pixels) {
   stored.halves.resize(part.channels.size());
   const auto insert = [&](const ExrChannel& channel, const void* plane, std::size_t size) {
     auto* const base = const_cast<char*>(static_cast<const char*>(plane));  // OpenEXR only reads it
-    const Imf::PixelType type = channel.half ? Imf::HALF : Imf::FLOAT;
+    const Imf::PixelType type = channel.is_half ? Imf::HALF : Imf::FLOAT;
     stored.buffer.insert(channel.name, Imf::Slice(type, base, size, size * pixels.width));
   };
   for (std::size_t c = 0; c < part.channels.size(); ++c) {
     const std::vector<float>& plane = pixels.planes[c];
-    if (!part.channels[c].half) {
+    if (!part.channels[c].is_half) {
       insert(part.channels[c], plane.data(), sizeof(float));
       continue;
     }
@@ -91,7 +91,7 @@ Result<ExrWriter> ExrWriter::create(const std::string& path, std::vector<ExrPart
     if (Imf::globalThreadCount() != thread_count()) Imf::setGlobalThreadCount(thread_count());
     std::vector<Imf::Header> headers;
     for (const ExrPart& part : parts) headers.push_back(exr_header(part, parts.front()));
-    auto stream = std::make_unique<std::ofstream>(file->temporary(), std::ios::binary);
+    auto stream = std::make_unique<std::ofstream>(file->temporary_path(), std::ios::binary);
     auto named = std::make_unique<Imf::StdOFStream>(*stream, path.c_str());
     auto out =
         std::make_unique<Imf::MultiPartOutputFile>(*named, headers.data(), static_cast<int>(headers.size()));
@@ -108,7 +108,7 @@ Result<void> ExrWriter::write_level(int part_index, int level, const ExrPixels& 
   if (auto sound = check_halves(part, pixels, file); !sound) return sound;
   try {
     const StoredPlanes stored = stored_planes(part, pixels);
-    if (part.mipmapped) {
+    if (part.has_mipmaps) {
       Imf::TiledOutputPart out(*state_->out, part_index);
       out.setFrameBuffer(stored.buffer);
       out.writeTiles(0, out.numXTiles(level) - 1, 0, out.numYTiles(level) - 1, level);

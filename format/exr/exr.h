@@ -17,7 +17,7 @@ namespace selvedge {
 
 struct ExrChannel {
   std::string name;
-  bool half = true;  ///< else 32-bit float
+  bool is_half = true;  ///< else 32-bit float
 };
 
 /// One part. Its data window begins at (0, 0). Level k of a mipmapped part has level_size() texels.
@@ -25,10 +25,10 @@ struct ExrPart {
   std::string name;
   int width = 0;
   int height = 0;
-  bool mipmapped = false;  ///< tiles of every level down to 1 x 1; else scanlines of one level
+  bool has_mipmaps = false;  ///< tiles of every level down to 1 x 1; else scanlines of one level
   int levels = 1;
-  V2i tile{0, 0};                                 ///< size in pixels; (0, 0): the writer chooses
-  bool zip = true;                                ///< compressed by ZIP; else not at all
+  V2i tile_size{0, 0};                            ///< size in pixels; (0, 0): the writer chooses
+  bool is_zipped = true;                          ///< compressed by ZIP; else not at all
   std::vector<ExrChannel> channels;               ///< names unique within the part; read in the file's order
   std::map<std::string, std::string> attributes;  ///< texts, without the attributes of every EXR file
 };
@@ -45,7 +45,7 @@ struct ExrLimits {
   std::uint64_t header_bytes = std::uint64_t{1} << 24;  ///< of all headers, without the offset tables
   std::uint64_t pixels_per_part = std::uint64_t{1} << 30;
   std::uint64_t bytes_per_read = std::uint64_t{1} << 32;  ///< of decoded floats
-  std::uint64_t expansion = 2200;  ///< decoded floats per byte of a chunk; ZIP of black halves: 2,064
+  std::uint64_t floats_per_byte = 2200;  ///< decoded floats per byte of a chunk; ZIP of black halves: 2,064
   int parts = 64;
   int channels = 1 << 15;
   int attributes = 1 << 12;  ///< of a part
@@ -98,6 +98,6 @@ class ExrReader {
 std::string digest_of(const ExrPart& part, const ExrPixels& pixels);
 
 /// The bytes packed by zlib at level 4, as OpenEXR packs them.
-std::vector<std::uint8_t> exr_deflated(std::span<const std::uint8_t> bytes);
+std::vector<std::uint8_t> exr_deflate(std::span<const std::uint8_t> bytes);
 
 }  // namespace selvedge

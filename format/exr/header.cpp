@@ -14,16 +14,16 @@ namespace selvedge {
 namespace {
 
 [[noreturn]] void malformed(std::string place, std::string message) {
-  refuse_exr(Code::exr_malformed, std::move(place), std::move(message));
+  throw_exr_failure(Code::exr_malformed, std::move(place), std::move(message));
 }
 
 [[noreturn]] void unsupported(std::string place, std::string message) {
-  refuse_exr(Code::exr_unsupported, std::move(place), std::move(message));
+  throw_exr_failure(Code::exr_unsupported, std::move(place), std::move(message));
 }
 
 /// Whether a name is UTF-8 without control characters.
 bool is_printable(const std::string& name) {
-  return printable(name) == name && name.find_first_of("\n\t") == std::string::npos;
+  return escape_unprintable(name) == name && name.find_first_of("\n\t") == std::string::npos;
 }
 
 /// Reads the beginning of the file on demand, up to a limit.
@@ -59,15 +59,15 @@ class HeaderReader {
   char next() { return static_cast<char>(read(1)[0]); }
   void fetch(std::uint64_t count) {
     const std::uint64_t left = source_.size() - position_;
-    if (count > left) refuse_exr(Code::file_damaged, {}, "ends within its header");
+    if (count > left) throw_exr_failure(Code::file_damaged, {}, "ends within its header");
     if (position_ + count > limit_)
-      refuse_exr(Code::file_too_large, {}, fmt::format("a header of more than {} bytes", limit_));
+      throw_exr_failure(Code::file_too_large, {}, fmt::format("a header of more than {} bytes", limit_));
     if (position_ + count <= bytes_.size()) return;
     const std::uint64_t block = std::max<std::uint64_t>(4096, bytes_.size() / 4);
     const std::size_t have = bytes_.size();
     bytes_.resize(std::min(source_.size(), std::max(position_ + count, std::uint64_t{have} + block)));
     if (!source_.read(have, std::span(bytes_).subspan(have)))
-      refuse_exr(Code::file_unreadable, {}, "cannot be read");
+      throw_exr_failure(Code::file_unreadable, {}, "cannot be read");
   }
 
   const InputFile& source_;
@@ -112,14 +112,15 @@ Attributes read_attributes(HeaderReader& reader, std::size_t max_name_size, cons
        name = reader.text(max_name_size, place)) {
     Attribute attribute;
     attribute.type = reader.text(max_name_size, place);
-    const std::int32_t size = ExrBytes(reader.read(4)).i32();
+    const std::int32_t size = ExrByteReader(reader.read(4)).i32();
     if (size < 0) malformed(place, fmt::format("attribute '{}' has a negative size", name));
     const auto bytes = reader.read(size);
     attribute.value.assign(bytes.begin(), bytes.end());
     if (!attributes.emplace(name, std::move(attribute)).second)
       malformed(place, fmt::format("duplicate attribute '{}'", name));
     if (std::ssize(attributes) > limits.attributes)
-      refuse_exr(Code::file_too_large, place, fmt::format("more than {} attributes", limits.attributes));
+      throw_exr_failure(Code::file_too_large, place,
+                        fmt::format("more than {} attributes", limits.attributes));
   }
   for (const StandardAttribute& standard : standard_attributes) {
     const auto found = attributes.find(standard.name);
@@ -136,8 +137,8 @@ Attributes read_attributes(HeaderReader& reader, std::size_t max_name_size, cons
   return attributes;
 }
 
-ExrBytes value_of(const Attributes& attributes, const char* name) {
-  return ExrBytes(attributes.at(name).value);
+ExrByteReader value_of(const Attributes& attributes, const char* name) {
+  return ExrByteReader(attributes.at(name).value);
 }
 
 std::string text_of(const Attribute& attribute) { return {attribute.value.begin(), attribute.value.end()}; }
@@ -159,7 +160,7 @@ std::vector<ExrChannel> channels_of(const Attributes& attributes, std::size_t ma
       malformed(part, "a channel's name is too long or not printable UTF-8");
     const std::string place = exr_place(part, name);
     if (list.end() - at < 16) malformed(place, "the channel is cut short");
-    ExrBytes entry{std::span(list).subspan(at - list.begin(), 16)};
+    ExrByteReader entry{std::span(list).subspan(at - list.begin(), 16)};
     at += 16;
     const std::uint32_t type = entry.u32();
     entry.u32();  // a hint for lossy compression, and three reserved bytes
@@ -168,7 +169,8 @@ std::vector<ExrChannel> channels_of(const Attributes& attributes, std::size_t ma
     if (!sampled) unsupported(place, "sub-sampled channels are not read");
     // Pixels are in the order of the names, so that channels out of order would be ambiguous.
     if (!channels.empty() && channels.back().name >= name) malformed(place, "channels are not in order");
-    if (std::ssize(channels) == limits.channels) refuse_exr(Code::file_too_large, part, "too many channels");
+    if (std::ssize(channels) == limits.channels)
+      throw_exr_failure(Code::file_too_large, part, "too many channels");
     channels.push_back({name, type == 1});
   }
   if (channels.empty()) malformed(part, "no channels");
@@ -176,25 +178,25 @@ std::vector<ExrChannel> channels_of(const Attributes& attributes, std::size_t ma
 }
 
 void read_window(const Attributes& attributes, const ExrLimits& limits, ExrPart& part) {
-  ExrBytes window = value_of(attributes, "dataWindow");
+  ExrByteReader window = value_of(attributes, "dataWindow");
   const bool at_origin = window.i32() == 0 && window.i32() == 0;
   const std::int64_t width = std::int64_t{window.i32()} + 1;
   const std::int64_t height = std::int64_t{window.i32()} + 1;
   if (!at_origin) unsupported(part.name, "the data window does not begin at 0,0");
   if (width < 1 || height < 1) malformed(part.name, "the data window is empty");
   if (std::cmp_greater(width, limits.pixels_per_part / static_cast<std::uint64_t>(height)))
-    refuse_exr(Code::file_too_large, part.name, fmt::format("{}x{} pixels", width, height));
+    throw_exr_failure(Code::file_too_large, part.name, fmt::format("{}x{} pixels", width, height));
   part.width = static_cast<int>(width);
   part.height = static_cast<int>(height);
 }
 
 void read_tiles(const Attributes& attributes, ExrPart& part) {
   if (!attributes.contains("tiles")) malformed(part.name, "attribute 'tiles' is missing");
-  ExrBytes value = value_of(attributes, "tiles");
-  part.tile = {value.i32(), value.i32()};
-  if (part.tile.x < 1 || part.tile.y < 1) malformed(part.name, "the tiles have no size");
+  ExrByteReader value = value_of(attributes, "tiles");
+  part.tile_size = {value.i32(), value.i32()};
+  if (part.tile_size.x < 1 || part.tile_size.y < 1) malformed(part.name, "the tiles have no size");
   if (value.byte() != 1) unsupported(part.name, "only tiles of mip levels, rounded down, are read");
-  part.mipmapped = true;
+  part.has_mipmaps = true;
   part.levels = level_count(part.width, part.height);
 }
 
@@ -207,11 +209,11 @@ ExrPart read_part(HeaderReader& reader, std::size_t max_name_size, std::size_t i
   if (part.name.empty() || !is_printable(part.name)) malformed(unnamed, "the part has no printable name");
   const std::string type = text_of(attributes.at("type"));
   if (type != "tiledimage" && type != "scanlineimage")
-    unsupported(part.name, fmt::format("parts of type '{}' are not read", printable(type)));
+    unsupported(part.name, fmt::format("parts of type '{}' are not read", escape_unprintable(type)));
   const unsigned compression = value_of(attributes, "compression").byte();
   if (compression != 0 && compression != 3)
     unsupported(part.name, fmt::format("compression {} is not read, only none (0) and ZIP (3)", compression));
-  part.zip = compression == 3;
+  part.is_zipped = compression == 3;
   if (value_of(attributes, "lineOrder").byte() != 0)
     unsupported(part.name, "only the line order INCREASING_Y is read");
   read_window(attributes, limits, part);
@@ -234,49 +236,50 @@ constexpr std::size_t max_short_name = 31;
 
 }  // namespace
 
-std::string exr_headers(const std::vector<ExrPart>& parts) {
+std::string encode_exr_headers(const std::vector<ExrPart>& parts) {
   constexpr std::int32_t one = 0x3F800000;  // as a float
-  const auto window = [](const ExrPart& p) { return exr_numbers({0, 0, p.width - 1, p.height - 1}); };
+  const auto window = [](const ExrPart& p) { return exr_int32_bytes({0, 0, p.width - 1, p.height - 1}); };
   std::string bytes;
   std::size_t longest = 0;  // of all names
   for (const ExrPart& part : parts) {
     std::string channels;
-    for (const std::size_t c : exr_stored_order(part)) {
+    for (const std::size_t c : exr_channel_order(part)) {
       longest = std::max(longest, part.channels[c].name.size());
-      channels += part.channels[c].name + '\0' + exr_numbers({part.channels[c].half ? 1 : 2, 0, 1, 1});
+      channels += part.channels[c].name + '\0' + exr_int32_bytes({part.channels[c].is_half ? 1 : 2, 0, 1, 1});
     }
     const auto chunks = static_cast<std::int32_t>(exr_chunk_count(part));
     std::map<std::string, std::pair<const char*, std::string>> attributes{
         {"name", {"string", part.name}},
-        {"type", {"string", part.mipmapped ? "tiledimage" : "scanlineimage"}},
+        {"type", {"string", part.has_mipmaps ? "tiledimage" : "scanlineimage"}},
         {"channels", {"chlist", channels + '\0'}},
-        {"compression", {"compression", {part.zip ? '\3' : '\0'}}},
+        {"compression", {"compression", {part.is_zipped ? '\3' : '\0'}}},
         {"dataWindow", {"box2i", window(part)}},
         {"displayWindow", {"box2i", window(parts.front())}},
         {"lineOrder", {"lineOrder", {'\0'}}},
-        {"chunkCount", {"int", exr_numbers({chunks})}},
-        {"pixelAspectRatio", {"float", exr_numbers({one})}},
-        {"screenWindowCenter", {"v2f", exr_numbers({0, 0})}},
-        {"screenWindowWidth", {"float", exr_numbers({one})}}};
-    if (part.mipmapped) attributes["tiles"] = {"tiledesc", exr_numbers({part.tile.x, part.tile.y}) + '\1'};
+        {"chunkCount", {"int", exr_int32_bytes({chunks})}},
+        {"pixelAspectRatio", {"float", exr_int32_bytes({one})}},
+        {"screenWindowCenter", {"v2f", exr_int32_bytes({0, 0})}},
+        {"screenWindowWidth", {"float", exr_int32_bytes({one})}}};
+    if (part.has_mipmaps)
+      attributes["tiles"] = {"tiledesc", exr_int32_bytes({part.tile_size.x, part.tile_size.y}) + '\1'};
     for (const auto& [name, text] : part.attributes) attributes[name] = {"string", text};
     for (const auto& [name, attribute] : attributes) {
       const auto& [type, value] = attribute;
       longest = std::max(longest, name.size());
-      bytes += name + '\0' + type + '\0' + exr_numbers({static_cast<std::int32_t>(value.size())}) + value;
+      bytes += name + '\0' + type + '\0' + exr_int32_bytes({static_cast<std::int32_t>(value.size())}) + value;
     }
     bytes += '\0';
   }
   const std::uint32_t flags = multi_part | (longest > max_short_name ? long_names : 0);
-  return exr_numbers({magic, static_cast<std::int32_t>(version_2 | flags)}) + bytes + '\0';
+  return exr_int32_bytes({magic, static_cast<std::int32_t>(version_2 | flags)}) + bytes + '\0';
 }
 
 ExrLayout read_exr_headers(const InputFile& source, const ExrLimits& limits) {
   if (source.size() < 8) malformed({}, "is not an OpenEXR file");
   HeaderReader reader(source, limits);
-  ExrBytes start(reader.read(8));
+  ExrByteReader start(reader.read(8));
   if (start.u32() != magic) {
-    const std::string_view kind = foreign_kind(source);
+    const std::string_view kind = foreign_file_message(source);
     malformed({}, kind.empty() ? "is not an OpenEXR file" : std::string(kind));
   }
   const std::uint32_t version = start.u32();
@@ -286,13 +289,13 @@ ExrLayout read_exr_headers(const InputFile& source, const ExrLimits& limits) {
   ExrLayout layout;
   do {
     if (std::ssize(layout.parts) == limits.parts)
-      refuse_exr(Code::file_too_large, {}, fmt::format("more than {} parts", limits.parts));
+      throw_exr_failure(Code::file_too_large, {}, fmt::format("more than {} parts", limits.parts));
     ExrPart part = read_part(reader, max_name_size, layout.parts.size(), limits);
     for (const ExrPart& other : layout.parts)
       if (other.name == part.name) malformed(part.name, "duplicate part name");
     layout.parts.push_back(std::move(part));
   } while (reader.peek() != 0);
-  layout.end = reader.position() + 1;
+  layout.headers_end = reader.position() + 1;
   return layout;
 }
 

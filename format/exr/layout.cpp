@@ -15,12 +15,12 @@ namespace {
 
 /// Width and height of a chunk away from the edges.
 V2i chunk_size(const ExrPart& part) {
-  if (part.mipmapped) return part.tile;
-  return {part.width, part.zip ? 16 : 1};
+  if (part.has_mipmaps) return part.tile_size;
+  return {part.width, part.is_zipped ? 16 : 1};
 }
 
 [[noreturn]] void damaged(std::string place, std::string message) {
-  refuse_exr(Code::file_damaged, std::move(place), std::move(message));
+  throw_exr_failure(Code::file_damaged, std::move(place), std::move(message));
 }
 
 /// Reads the offset table of a part, 8 bytes per chunk, at offset `at`, which is advanced to its end.
@@ -29,9 +29,9 @@ std::vector<std::uint64_t> read_table(const InputFile& source, const ExrPart& pa
   if (count > (source.size() - at) / 8)
     damaged(part.name, fmt::format("ends within the offsets of the {} chunks", count));
   std::vector<std::uint8_t> bytes(count * 8);
-  if (!source.read(at, bytes)) refuse_exr(Code::file_unreadable, part.name, "cannot be read");
+  if (!source.read(at, bytes)) throw_exr_failure(Code::file_unreadable, part.name, "cannot be read");
   at += bytes.size();
-  ExrBytes numbers(bytes);
+  ExrByteReader numbers(bytes);
   std::vector<std::uint64_t> table(count);
   for (std::uint64_t& offset : table) offset = numbers.u64();
   return table;
@@ -54,15 +54,15 @@ bool overlap(std::vector<Range>& ranges) {
 /// in the file, and returns its bytes.
 Range locate(const InputFile& source, const ExrPart& part, int part_index, std::uint64_t first,
              std::uint64_t offset, const ExrLimits& limits, ExrChunk& chunk) {
-  std::vector<std::int32_t> expected{part_index, chunk.y};
-  if (part.mipmapped) expected = {part_index, chunk.x, chunk.y, chunk.level, chunk.level};
+  std::vector<std::int32_t> expected{part_index, chunk.row};
+  if (part.has_mipmaps) expected = {part_index, chunk.column, chunk.row, chunk.level, chunk.level};
   const std::uint64_t head_bytes = (expected.size() + 1) * 4;
   if (offset < first || offset > source.size() || source.size() - offset < head_bytes)
     damaged(exr_place(part, chunk), fmt::format("its offset {} is outside of the chunks", offset));
   std::array<std::uint8_t, 24> bytes{};
   if (!source.read(offset, std::span(bytes).first(head_bytes)))
     damaged(exr_place(part, chunk), "cannot be read");
-  ExrBytes head(bytes);
+  ExrByteReader head(bytes);
   for (const std::int32_t number : expected)
     if (head.i32() != number) damaged(exr_place(part, chunk), "its offset points to another chunk");
   const std::uint64_t packed = head.u32();
@@ -71,12 +71,12 @@ Range locate(const InputFile& source, const ExrPart& part, int part_index, std::
   if (packed > source.size() - offset - head_bytes)
     damaged(exr_place(part, chunk), "reaches beyond the end of the file");
   // Chunks that ZIP does not make smaller are stored uncompressed, so `packed` is at most `unpacked`.
-  if (packed == 0 || packed > unpacked || (!part.zip && packed != unpacked))
+  if (packed == 0 || packed > unpacked || (!part.is_zipped && packed != unpacked))
     damaged(exr_place(part, chunk), fmt::format("has {} packed bytes for {} of pixels", packed, unpacked));
   const std::uint64_t floats = pixels * part.channels.size() * sizeof(float);
-  if (floats > limits.expansion * packed) {
-    refuse_exr(Code::file_too_large, part.name,
-               fmt::format("{} bytes of pixels from {} bytes", floats, packed));
+  if (floats > limits.floats_per_byte * packed) {
+    throw_exr_failure(Code::file_too_large, part.name,
+                      fmt::format("{} bytes of pixels from {} bytes", floats, packed));
   }
   chunk.packed_bytes = static_cast<std::uint32_t>(packed);
   chunk.offset = offset + head_bytes;
@@ -86,13 +86,13 @@ Range locate(const InputFile& source, const ExrPart& part, int part_index, std::
 }  // namespace
 
 ExrPart exr_with_defaults(ExrPart part) {
-  part.levels = part.mipmapped ? level_count(part.width, part.height) : 1;
+  part.levels = part.has_mipmaps ? level_count(part.width, part.height) : 1;
   const int side = std::max(part.width, part.height) > 32 ? 64 : 32;
-  if (part.tile.x == 0) part.tile = {side, side};
+  if (part.tile_size.x == 0) part.tile_size = {side, side};
   return part;
 }
 
-std::vector<std::size_t> exr_stored_order(const ExrPart& part) {
+std::vector<std::size_t> exr_channel_order(const ExrPart& part) {
   std::vector<std::size_t> order(part.channels.size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(
@@ -120,7 +120,7 @@ std::vector<ExrChunk> exr_chunks(const ExrPart& part) {
       for (std::int64_t x = 0; x < width; x += size.x) {
         const auto left = static_cast<int>(x);
         const auto top = static_cast<int>(y);
-        chunks.push_back({level, left / size.x, part.mipmapped ? top / size.y : top, left, top,
+        chunks.push_back({level, left / size.x, part.has_mipmaps ? top / size.y : top, left, top,
                           std::min(size.x, width - left), std::min(size.y, height - top)});
       }
     }
@@ -130,7 +130,7 @@ std::vector<ExrChunk> exr_chunks(const ExrPart& part) {
 
 std::uint64_t exr_pixel_bytes(const ExrPart& part) {
   std::uint64_t bytes = 0;
-  for (const ExrChannel& channel : part.channels) bytes += channel.half ? 2 : 4;
+  for (const ExrChannel& channel : part.channels) bytes += channel.is_half ? 2 : 4;
   return bytes;
 }
 
@@ -139,15 +139,15 @@ std::string exr_place(const std::string& part, const std::string& member) {
 }
 
 std::string exr_place(const ExrPart& part, const ExrChunk& chunk) {
-  return exr_place(part.name, part.mipmapped
-                                  ? fmt::format("level {}/tile {},{}", chunk.level, chunk.x, chunk.y)
-                                  : fmt::format("row {}", chunk.y));
+  return exr_place(part.name, part.has_mipmaps
+                                  ? fmt::format("level {}/tile {},{}", chunk.level, chunk.column, chunk.row)
+                                  : fmt::format("row {}", chunk.row));
 }
 
 ExrLayout read_exr_layout(const InputFile& source, const ExrLimits& limits) {
   ExrLayout layout = read_exr_headers(source, limits);
   std::vector<std::vector<std::uint64_t>> tables;
-  std::uint64_t at = layout.end;
+  std::uint64_t at = layout.headers_end;
   for (const ExrPart& part : layout.parts) tables.push_back(read_table(source, part, at));
   std::vector<Range> ranges;
   for (std::size_t p = 0; p < tables.size(); ++p) {

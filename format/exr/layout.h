@@ -15,15 +15,15 @@
 namespace selvedge {
 
 /// Throws a Failure of no file yet.
-[[noreturn]] inline void refuse_exr(Code code, std::string place, std::string message) {
+[[noreturn]] inline void throw_exr_failure(Code code, std::string place, std::string message) {
   throw Failure{{code, {}, std::move(place), std::move(message)}};
 }
 
 /// A chunk, its pixels within its level, and its place in the file.
 struct ExrChunk {
   int level = 0;
-  int x = 0;  ///< column and row of a tile; 0 and the first pixel row of a scanline chunk
-  int y = 0;
+  int column = 0;  ///< column and row of a tile; 0 and the first pixel row of a scanline chunk
+  int row = 0;
   int left = 0;  ///< first pixel
   int top = 0;
   int width = 0;
@@ -35,7 +35,7 @@ struct ExrChunk {
 struct ExrLayout {
   std::vector<ExrPart> parts;
   std::vector<std::vector<ExrChunk>> chunks;  ///< per part, in the order of exr_chunks()
-  std::uint64_t end = 0;                      ///< of the headers, where the offset tables begin
+  std::uint64_t headers_end = 0;              ///< of the headers, where the offset tables begin
 };
 
 /// Reads headers, offset tables and headers of chunks. Throws a Failure of no file yet, with the codes of
@@ -45,13 +45,13 @@ ExrLayout read_exr_layout(const InputFile& source, const ExrLimits& limits);
 ExrLayout read_exr_headers(const InputFile& source, const ExrLimits& limits);
 
 /// The beginning of a file of these parts, up to its offset tables. Precondition: exr_with_defaults().
-std::string exr_headers(const std::vector<ExrPart>& parts);
+std::string encode_exr_headers(const std::vector<ExrPart>& parts);
 
 /// Sets tiles and levels that a writer may choose: tiles of 32 x 32 or, for larger parts, 64 x 64 pixels.
 ExrPart exr_with_defaults(ExrPart part);
 
 /// Indices of the channels in byte order of their names, which is the order in a file.
-std::vector<std::size_t> exr_stored_order(const ExrPart& part);
+std::vector<std::size_t> exr_channel_order(const ExrPart& part);
 
 /// Number of chunks of the part. Precondition: its size, tiles and levels are valid.
 std::uint64_t exr_chunk_count(const ExrPart& part);

@@ -91,14 +91,14 @@ void copy_chunk(const ExrPart& part, const ExrChunk& chunk, std::span<const std:
                 ExrPixels& pixels) {
   for (int y = 0; y < chunk.height; ++y) {
     for (std::size_t c = 0; c < part.channels.size(); ++c) {
-      const std::size_t size = part.channels[c].half ? 2 : 4;
+      const std::size_t size = part.channels[c].is_half ? 2 : 4;
       float* out = pixels.planes[c].data() + std::size_t{1} * (chunk.top + y) * pixels.width + chunk.left;
       const std::uint8_t* in = bytes.data();
       for (int x = 0; x < chunk.width; ++x, in += size)
         if (size == 2)
           out[x] = Imath::half(Imath::half::FromBits, static_cast<std::uint16_t>(in[0] | in[1] << 8));
         else
-          out[x] = ExrBytes({in, 4}).f32();
+          out[x] = ExrByteReader({in, 4}).f32();
       bytes = bytes.subspan(chunk.width * size);
     }
   }
@@ -146,7 +146,7 @@ struct Deflater {
 };
 }  // namespace
 
-std::vector<std::uint8_t> exr_deflated(std::span<const std::uint8_t> bytes) {
+std::vector<std::uint8_t> exr_deflate(std::span<const std::uint8_t> bytes) {
   thread_local Deflater deflater;
   z_stream& stream = deflater.stream;
   deflateReset(&stream);

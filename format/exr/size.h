@@ -10,7 +10,7 @@
 namespace selvedge {
 
 /// The pixels of a chunk as a file has them, packed by ZIP where that makes them smaller.
-std::vector<std::uint8_t> exr_packed_chunk(const ExrPart& part, const ExrChunk& chunk,
+std::vector<std::uint8_t> encode_exr_chunk(const ExrPart& part, const ExrChunk& chunk,
                                            const ExrPixels& pixels);
 
 /// Refuses values beyond the range of half precision, and those that are no numbers, in channels of halves.

@@ -13,13 +13,13 @@ using std::numbers::pi;
 
 }  // namespace
 
-DirectionGrid grid_of(int count) {
+DirectionGrid nearly_square_grid(int count) {
   int columns = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(std::max(1, count)))));
   while (columns > 1 && count % columns != 0) --columns;
   return {columns, std::max(1, count) / columns};
 }
 
-V2d concentric(const V2d& square) {
+V2d square_to_disc_polar(const V2d& square) {
   const double a = 2 * square.x - 1;
   const double b = 2 * square.y - 1;
   if (std::abs(a) > std::abs(b)) return {a, (pi / 4) * (b / a)};
@@ -27,7 +27,7 @@ V2d concentric(const V2d& square) {
 }
 
 V3d square_to_hemisphere(const V2d& square) {
-  const V2d disc = concentric(square);
+  const V2d disc = square_to_disc_polar(square);
   const double r = disc.x;
   const double phi = disc.y;
   // Lift of the disc: solid angle 2 pi (1 - z) is proportional to the disc's area pi r^2.
@@ -63,16 +63,16 @@ V2d hemisphere_to_square(const V3d& direction) {
   return {std::clamp((a + 1) / 2, 0.0, 1.0), std::clamp((b + 1) / 2, 0.0, 1.0)};
 }
 
-V3f direction_of(const DirectionGrid& grid, int cell) {
+V3f cell_direction(const DirectionGrid& grid, int cell) {
   const int column = cell % grid.columns;
   const int row = cell / grid.columns;
   return V3f(square_to_hemisphere({(column + 0.5) / grid.columns, (row + 0.5) / grid.rows}));
 }
 
-std::vector<V3f> directions_of(const DirectionGrid& grid) {
+std::vector<V3f> cell_directions(const DirectionGrid& grid) {
   std::vector<V3f> directions;
   directions.reserve(grid.count());
-  for (int cell = 0; cell < grid.count(); ++cell) directions.push_back(direction_of(grid, cell));
+  for (int cell = 0; cell < grid.count(); ++cell) directions.push_back(cell_direction(grid, cell));
   return directions;
 }
 
@@ -104,7 +104,7 @@ V3f random_direction(Random& random, double z_min) {
 
 }  // namespace
 
-std::vector<DirectionPair> random_pairs(int count, double z_min, std::uint64_t seed) {
+std::vector<DirectionPair> random_direction_pairs(int count, double z_min, std::uint64_t seed) {
   std::vector<DirectionPair> pairs;
   for (int i = 0; i < count; ++i) {
     Random random(seed, i);

@@ -24,11 +24,11 @@ struct DirectionGrid {
 
 /// The most nearly square grid with exactly `count` cells (columns <= rows): 64 -> 8x8, 128 -> 8x16, 7 ->
 /// 1x7.
-DirectionGrid grid_of(int count);
+DirectionGrid nearly_square_grid(int count);
 
 /// Shirley and Chiu's concentric map of the unit square onto the unit disc, area preserving up to the factor
 /// pi: radius (of either sign) and angle.
-V2d concentric(const V2d& square);
+V2d square_to_disc_polar(const V2d& square);
 
 /// Maps the unit square onto the unit hemisphere, area preserving up to the factor 2 pi; (0.5, 0.5) -> +z.
 V3d square_to_hemisphere(const V2d& square);
@@ -36,8 +36,8 @@ V3d square_to_hemisphere(const V2d& square);
 /// The inverse of square_to_hemisphere(). z < 0 is treated as z = 0 (the rim), (0, 0, -1) as the pole.
 V2d hemisphere_to_square(const V3d& direction);
 
-V3f direction_of(const DirectionGrid& grid, int cell);
-std::vector<V3f> directions_of(const DirectionGrid& grid);
+V3f cell_direction(const DirectionGrid& grid, int cell);
+std::vector<V3f> cell_directions(const DirectionGrid& grid);
 
 /// Four cells and their bilinear weights (sum 1). Beyond the outermost cell centres the coordinates are
 /// clamped: values are constant towards the rim.
@@ -59,6 +59,6 @@ struct DirectionPair {
 
 /// `count` pairs, drawn independently and uniformly in solid angle from the band z_min <= z < 1 of the
 /// hemisphere. The same seed gives the same pairs on every machine.
-std::vector<DirectionPair> random_pairs(int count, double z_min, std::uint64_t seed);
+std::vector<DirectionPair> random_direction_pairs(int count, double z_min, std::uint64_t seed);
 
 }  // namespace selvedge

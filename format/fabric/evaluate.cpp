@@ -67,8 +67,8 @@ V3f interpolated(const V3f* values, const DirectionTaps& taps) {
 }
 
 /// The view's part of product m: its coefficient times phi_a.
-float view_factor(const FabricLevel& level, const FabricInfo& info, std::size_t texel,
-                  const DirectionTaps& views, std::size_t m) {
+float lustre_view_factor(const FabricLevel& level, const FabricInfo& info, std::size_t texel,
+                         const DirectionTaps& views, std::size_t m) {
   const float coefficient = level.coefficients()[texel * level.pairs.size() + m];
   const int a = level.pairs[m].x;
   if (a == 0) return coefficient;
@@ -83,7 +83,7 @@ V3f product_sum(const FabricLevel& level, const FabricInfo& info, std::size_t te
                 const DirectionTaps& views, const DirectionTaps& lights) {
   V3f sum(0, 0, 0);
   for (std::size_t m = 0; m < level.pairs.size(); ++m) {
-    const float factor = view_factor(level, info, texel, views, m);
+    const float factor = lustre_view_factor(level, info, texel, views, m);
     const int b = level.pairs[m].y;
     sum += factor * interpolated(&level.bases->light[index_of(b, 0, info.lights.count())], lights);
   }
@@ -123,7 +123,7 @@ std::vector<V3f> light_factors(const FabricLevel& level, const FabricInfo& info,
   std::vector<V3f> sums(lights, has_tables ? view_table : V3f(0, 0, 0));
   for (int k = 0; k < lights && !light_table.empty(); ++k) sums[k] *= light_table[index_of(texel, k, lights)];
   for (std::size_t m = 0; products && m < level.pairs.size(); ++m) {
-    const float factor = view_factor(level, info, texel, views, m);
+    const float factor = lustre_view_factor(level, info, texel, views, m);
     const V3f* psi = &level.bases->light[index_of(level.pairs[m].y, 0, lights)];
     for (int k = 0; k < lights; ++k) sums[k] += factor * psi[k];
   }
@@ -149,7 +149,7 @@ Shading evaluate(const FabricLevel& level, const FabricInfo& info, int x, int y,
 }
 
 Shading evaluate(const Fabric& fabric, int level, int x, int y, const V3f& light, const V3f& view) {
-  const Fabric* const through = light.z < 0 ? fabric.side_of(Side::through) : nullptr;
+  const Fabric* const through = light.z < 0 ? fabric.find_side(Side::through) : nullptr;
   if (through == nullptr) return evaluate(fabric.levels[level], fabric, x, y, light, view);
   return evaluate(through->levels[level], *through, x, y, mirrored(light), view);
 }
@@ -179,17 +179,17 @@ Shading evaluate(const Fabric& fabric, double level, const V2d& coordinates, con
                  const V3f& view) {
   const auto& yarns = fabric.levels.front().yarns();
   const LevelBlend levels = level_blend(level, static_cast<int>(fabric.levels.size()), yarns ? -1 : 0);
-  const V2d uv = yarns ? place_of(yarns->variation(), coordinates) : coordinates;
+  const V2d uv = yarns ? displaced_place(yarns->variation(), coordinates) : coordinates;
   const auto at = [&](int k) {
     if (k < 0) return yarns->shade(uv, fabric.reference_height, light, view, true);
     const FabricLevel& texels = fabric.levels[k];
     Shading shading =
         evaluate(fabric, k, wrap_texel(uv.x, texels.width), wrap_texel(uv.y, texels.height), light, view);
-    if (yarns) shading.radiance *= yarns->factor_at(uv, -1);
+    if (yarns) shading.radiance *= yarns->variation_factor(uv, -1);
     return shading;
   };
-  const Shading near = at(levels.lower);
-  return levels.weight > 0 ? blend(near, at(levels.lower + 1), levels.weight) : near;
+  const Shading near = at(levels.finer_level);
+  return levels.weight > 0 ? blend(near, at(levels.finer_level + 1), levels.weight) : near;
 }
 
 bool has_holes(const Fabric& fabric, int level) {

@@ -42,7 +42,7 @@ std::vector<V3f> light_factors(const FabricLevel& level, const FabricInfo& info,
 /// A fractional level as the integer level below it and the weight of the next one. Levels are clamped to
 /// `first` ... count - 1, NaN to `first`.
 struct LevelBlend {
-  int lower = 0;
+  int finer_level = 0;
   float weight = 0;
 };
 LevelBlend level_blend(double level, int count, int first = 0);

@@ -64,7 +64,7 @@ Result<void> validate_grid(const char* name, const DirectionGrid& grid, const Fa
 
 /// Checks that the functions are finite and the same in all levels.
 Result<void> validate_bases(const Fabric& fabric) {
-  const auto first = bases_of(fabric);
+  const auto first = shared_bases(fabric);
   if (!first) return {};
   for (const FabricLevel& level : fabric.levels) {
     if (!level.has(LayerKind::products) || level.bases == first) continue;
@@ -81,14 +81,14 @@ Result<void> validate_bases(const Fabric& fabric) {
 
 }  // namespace
 
-bool FabricLevel::reflects() const {
+bool FabricLevel::has_reflectance() const {
   constexpr std::array kinds{LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light,
                              LayerKind::products};
   return std::ranges::any_of(kinds, [&](LayerKind kind) { return has(kind); });
 }
 
-void FabricLevel::take_texels(const FabricLevel& coarser, int steps) {
-  of_coarser = true;
+void FabricLevel::copy_texels(const FabricLevel& coarser, int steps) {
+  copied_from_coarser = true;
   pairs = coarser.pairs;
   bases = coarser.bases;
   for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::opacity,
@@ -115,20 +115,20 @@ void FabricLevel::set_yarns(std::shared_ptr<const Yarns> yarns) {
   remove(LayerKind::indirect);
   yarns_ = std::move(yarns);
   if (!yarns_) return;
-  set(LayerKind::yarns, spread(curve_values(yarns_->data()), texels()));
-  set(LayerKind::indirect, spread(indirect_values(yarns_->data()), texels()));
+  set(LayerKind::yarns, layer_from_values(curve_values(yarns_->data()), texels()));
+  set(LayerKind::indirect, layer_from_values(indirect_values(yarns_->data()), texels()));
 }
 
 void Fabric::add_side(Fabric other) {
-  const Fabric* const seen = other.side == Side::back_through ? side_of(Side::back) : this;
-  for (std::size_t k = 0; seen != nullptr && lets_through(other.side) && k < other.levels.size(); ++k)
+  const Fabric* const seen = other.side == Side::back_through ? find_side(Side::back) : this;
+  for (std::size_t k = 0; seen != nullptr && is_transmission(other.side) && k < other.levels.size(); ++k)
     other.levels[k].set(LayerKind::opacity, seen->levels[k][LayerKind::opacity]);
   if (other.side == Side::through) {
     FabricLevel& base = other.levels.front();
     base.remove(LayerKind::indirect);
     const auto& yarns = levels.front().yarns();
     if (yarns && !yarns->data().through.empty())
-      base.set(LayerKind::indirect, spread(indirect_values(yarns->data(), true), base.texels()));
+      base.set(LayerKind::indirect, layer_from_values(indirect_values(yarns->data(), true), base.texels()));
   }
   auto& place = sides[index_of(other.side) - 1];
   place = std::make_shared<const Fabric>(std::move(other));
@@ -140,14 +140,14 @@ Fabric turned_over(const Fabric& fabric) {
     result.side = side;
     return result;
   };
-  const Fabric* const back = fabric.side_of(Side::back);
+  const Fabric* const back = fabric.find_side(Side::back);
   Fabric turned = pick(back, &fabric, Side::front);
   FabricLevel& base = turned.levels.front();
   base.set_yarns(nullptr);
   if (const auto& yarns = fabric.levels.front().yarns())
     base.set_yarns(std::make_shared<const Yarns>(turned_over(*yarns, fabric.thickness_mm), yarns->period()));
-  const Fabric* through = fabric.side_of(Side::through);
-  const Fabric* const back_through = fabric.side_of(Side::back_through);
+  const Fabric* through = fabric.find_side(Side::through);
+  const Fabric* const back_through = fabric.find_side(Side::back_through);
   // It gets the opacity of other views.
   if (through != nullptr && through->views != turned.views) through = nullptr;
   turned.sides = {};
@@ -160,7 +160,7 @@ void FabricLevel::add(LayerKind kind, int channels, float value) {
   set(kind, {channels, std::vector<float>(std::size_t{1} * texels() * channels, value)});
 }
 
-std::shared_ptr<const ProductBases> bases_of(const Fabric& fabric) {
+std::shared_ptr<const ProductBases> shared_bases(const Fabric& fabric) {
   for (const FabricLevel& level : fabric.levels)
     if (level.has(LayerKind::products)) return level.bases;
   return nullptr;
@@ -171,13 +171,13 @@ LayerShape shape_of(const Fabric& fabric) {
   shape.side = fabric.side;
   shape.views = fabric.views.count();
   shape.lights = fabric.lights.count();
-  shape.base_texels = fabric.levels.front().texels();
+  shape.level0_texel_count = fabric.levels.front().texels();
   for (const FabricLevel& level : fabric.levels) {
     if (level.has(LayerKind::lobes)) shape.lobes = level.lobe_count();
     if (level.yarns()) shape.yarns = counts_of(level.yarns()->data());
     shape.products = std::max(shape.products, level[LayerKind::products].channels);
   }
-  if (const auto bases = bases_of(fabric)) {
+  if (const auto bases = shared_bases(fabric)) {
     shape.view_functions = static_cast<int>(bases->view.size()) / shape.views;
     shape.light_functions = static_cast<int>(bases->light.size()) / shape.lights;
   }
@@ -225,7 +225,7 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
       if (k != 0) return broken(k, "yarns", "only level 0 has yarn");
       if (auto ok = validate(level.yarns()->data(), fabric.period_mm); !ok) return ok;
     }
-    if (fabric.side != Side::front && !level.reflects())
+    if (fabric.side != Side::front && !level.has_reflectance())
       return broken(k, name_of(fabric.side), "it has no layer of its own");
     for (const LayerKind kind : all_layers) {
       if (kind == LayerKind::indirect && fabric.side == Side::through) continue;  // checked with the yarn
@@ -237,8 +237,8 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
     if (!other) continue;
     if (other->levels.size() != fabric.levels.size() || other->texels() != fabric.texels())
       return fail(Code::fabric_malformed, {}, name_of(other->side), "its levels differ from the front's");
-    const Fabric* const seen = other->side == Side::back_through ? fabric.side_of(Side::back) : &fabric;
-    if (seen == nullptr || (lets_through(other->side) && other->views != seen->views)) {
+    const Fabric* const seen = other->side == Side::back_through ? fabric.find_side(Side::back) : &fabric;
+    if (seen == nullptr || (is_transmission(other->side) && other->views != seen->views)) {
       return fail(Code::fabric_malformed, {}, fmt::format("{}/views", name_of(other->side)),
                   "differ from the visible side's");
     }

@@ -49,13 +49,13 @@ struct ProductBases {
 struct FabricLevel {
   int width = 0;
   int height = 0;
-  bool of_coarser = false;                    ///< texels copied from the next level: take_texels()
+  bool copied_from_coarser = false;           ///< texels copied from the next level: copy_texels()
   std::vector<V2i> pairs;                     ///< (a, b) of product m
   std::shared_ptr<const ProductBases> bases;  ///< of a level with products; the same in all levels
 
   int texels() const { return width * height; }
   /// Whether it has a layer of texels of its own, opacity aside.
-  bool reflects() const;
+  bool has_reflectance() const;
   bool has(LayerKind kind) const {
     return kind == LayerKind::bases ? bases != nullptr : (*this)[kind].channels > 0;
   }
@@ -66,7 +66,7 @@ struct FabricLevel {
   void add(LayerKind kind, int channels, float value = 0);
   void remove(LayerKind kind) { layers_[index_of(kind)] = {}; }
   /// Copies texel values from the level `steps` coarser; keeps the yarn.
-  void take_texels(const FabricLevel& coarser, int steps);
+  void copy_texels(const FabricLevel& coarser, int steps);
   /// Sets the layers of yarn and its indirect light. Null: removes them.
   void set_yarns(std::shared_ptr<const Yarns> yarns);
 
@@ -122,10 +122,10 @@ struct FabricInfo {
   Side side = Side::front;
   float radiance_scale = 1;  ///< factor on f of all texels, > 0: keeps the layers' numbers in half precision
   std::string provenance = "{}";  ///< JSON object: options, seed, software; "{}" if unknown
-  std::string sheet = "{}";       ///< JSON object: the data sheet of the cloth; "{}" if unknown; of the front
+  std::string data_sheet = "{}";  ///< JSON object: the data sheet of the cloth; "{}" if unknown; of the front
   std::string fallback = "{}";    ///< JSON object: factors of glTF's core material; likewise
   std::string recipe = "{}";      ///< JSON object: stitch and options that `make` was given; likewise
-  std::string accuracy = "{}";    ///< JSON object: errors beside the stitch, dB; likewise
+  std::string accuracy = "{}";    ///< JSON object: errors against the stitch, dB; likewise
 };
 
 struct Fabric : FabricInfo {
@@ -139,7 +139,7 @@ struct Fabric : FabricInfo {
   /// Texels of level 0. Precondition: the fabric has a level.
   V2i texels() const { return {levels.front().width, levels.front().height}; }
   /// Null where the fabric does not have it. Not of the front.
-  const Fabric* side_of(Side other) const { return sides[index_of(other) - 1].get(); }
+  const Fabric* find_side(Side other) const { return sides[index_of(other) - 1].get(); }
   /// Adds another side of the same texels and levels, and gives light that comes through the opacity of the
   /// side that is seen, which is to be added first.
   void add_side(Fabric other);
@@ -171,11 +171,11 @@ struct FabricLimits {
   int fields = 64;   ///< of a curve of yarn
   int values = 256;  ///< of a station of its light
   /// Bytes that the levels which are read together may take, with what reading them takes.
-  std::uint64_t memory = default_memory;
+  std::uint64_t memory = default_memory_limit;
 };
 
 /// The functions that all levels with products share; null without products.
-std::shared_ptr<const ProductBases> bases_of(const Fabric& fabric);
+std::shared_ptr<const ProductBases> shared_bases(const Fabric& fabric);
 
 /// Preconditions: the fabric has a level, and its levels agree (validate()).
 LayerShape shape_of(const Fabric& fabric);

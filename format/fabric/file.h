@@ -12,7 +12,7 @@ namespace selvedge {
 
 struct FabricWriteOptions {
   /// Layers in 16 bits, the others in 32. Half precision ruins a lobe with a large exponent.
-  LayerSet half = table_layers;
+  LayerSet half_layers = half_precision_layers;
 };
 
 /// Writes atomically; the same fabric and options give the same bytes. Refuses an invalid fabric (validate())
@@ -49,9 +49,9 @@ class FabricReader {
   const std::string& text() const { return *fabric_text(file_.parts()); }
 
   /// Bytes that the fabric takes at most, with what reading it takes, but for the cells of yarn.
-  std::uint64_t memory() const;
+  std::uint64_t peak_memory_bytes() const;
   /// The memory of FabricLimits from now on.
-  void allow_memory(std::uint64_t bytes) { memory_ = bytes; }
+  void set_memory_limit(std::uint64_t bytes) { memory_ = bytes; }
 
   /// Reads all levels and layers; checks digests and values. FILE_TOO_LARGE beyond the memory of
   /// FabricLimits.

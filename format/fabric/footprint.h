@@ -11,8 +11,8 @@ namespace selvedge {
 
 /// Options of texture filtering: which mip levels and texels a pixel shows.
 struct LevelOptions {
-  int forced = -1;      ///< unless -1: this level everywhere, clamped to the last
-  float footprint = 1;  ///< side of what a pixel shows, in pixels: less than 1 for one of several samples
+  int forced_level = -1;  ///< unless -1: this level everywhere, clamped to the last
+  float footprint = 1;    ///< side of what a pixel shows, in pixels: less than 1 for one of several samples
 };
 
 /// Added to the level of which a texel is as wide as a pixel: texels are about half as wide, so that their
@@ -20,7 +20,7 @@ struct LevelOptions {
 inline constexpr float level_bias = -1;
 
 /// Change of texture coordinates per pixel to the right and per pixel up, in texels of a level.
-struct TexelSlopes {
+struct TexelDerivatives {
   V2f right, up;
 };
 
@@ -29,7 +29,7 @@ struct TexelSlopes {
 inline constexpr float max_elongation = 8;
 
 /// Width of a square of the pixel's area, in texels of the slopes' level.
-inline float pixel_size(const TexelSlopes& s) {
+inline float pixel_width_texels(const TexelDerivatives& s) {
   const float e = s.right.x * s.right.x + s.up.x * s.up.x;
   const float f = s.right.x * s.right.y + s.up.x * s.up.y;
   const float g = s.right.y * s.right.y + s.up.y * s.up.y;
@@ -39,14 +39,14 @@ inline float pixel_size(const TexelSlopes& s) {
 
 /// The coarser one's weight of two neighbouring levels, from the part of a fractional level behind the point:
 /// half of the pixels show one level alone, or most for `steep` ramps.
-inline float blend_of_levels(float part, float steep = 2) {
+inline float coarser_level_weight(float part, float steep = 2) {
   return std::clamp((part - 0.5F) * steep + 0.5F, 0.0F, 1.0F);
 }
 
-/// Weight of the yarn itself for a pixel of `size` (pixel_size()), where `largest` is largest_yarn_pixel(); 0
-/// without yarn.
+/// Weight of the yarn itself for a pixel of `size` (pixel_width_texels()), where `largest` is
+/// max_yarn_pixel_texels(); 0 without yarn.
 inline float yarn_weight(float size, float largest) {
-  return largest > 0 ? blend_of_levels(std::log2(largest / size) + 0.5F, 4) : 0;
+  return largest > 0 ? coarser_level_weight(std::log2(largest / size) + 0.5F, 4) : 0;
 }
 
 }  // namespace selvedge

@@ -21,31 +21,32 @@ class TextIo {
   explicit TextIo(const FabricLimits& limits) : limits_(limits) {}
 
   void root(const JsonIo& text, FabricHeader& header) const {
-    text.wholes("texels", header.width, header.height, 1, limits_.texels_per_side);
-    if (text.reads() && text.sink().has_error()) return;  // other members depend on them
-    text.reals("mmPerRepeat", {&header.period_mm.x, 2}, RealRule::positive);
-    text.real("referenceHeight", header.reference_height);
-    text.real("thickness", header.thickness_mm, RealRule::not_negative);
-    text.whole("levels", header.levels, 1, level_count(header.width, header.height));
-    if (text.reads()) check_reserved(text);
+    text.integer_pair("texels", header.width, header.height, 1, limits_.texels_per_side);
+    if (text.is_reading() && text.sink().has_error()) return;  // other members depend on them
+    text.numbers("mmPerRepeat", {&header.period_mm.x, 2}, RealRule::positive);
+    text.number("referenceHeight", header.reference_height);
+    text.number("thickness", header.thickness_mm, RealRule::not_negative);
+    text.integer("levels", header.levels, 1, level_count(header.width, header.height));
+    if (text.is_reading()) check_reserved(text);
     side(text, header);
-    for (auto& [name, value] : {std::pair("sheet", &header.sheet), std::pair("fallback", &header.fallback),
-                                std::pair("recipe", &header.recipe), std::pair("accuracy", &header.accuracy)})
-      if (text.optional(name, *value != "{}")) any_members(text, name, *value);
-    if (text.reads()) {
+    for (auto& [name, value] :
+         {std::pair("sheet", &header.data_sheet), std::pair("fallback", &header.fallback),
+          std::pair("recipe", &header.recipe), std::pair("accuracy", &header.accuracy)})
+      if (text.has_optional(name, *value != "{}")) any_members(text, name, *value);
+    if (text.is_reading()) {
       require_layer(text, header, LayerKind::yarns, header, LayerKind::indirect);
       require_layer(text, header, LayerKind::indirect, header, LayerKind::yarns);
     }
-    if (!text.optional("sides", !header.sides.empty())) return;
+    if (!text.has_optional("sides", !header.sides.empty())) return;
     const JsonIo sides = text.object("sides");
     for (const Side wanted : other_sides) {
-      if (!sides || !sides.optional(name_of(wanted), header.side_of(wanted) != nullptr)) continue;
+      if (!sides || !sides.has_optional(name_of(wanted), header.find_side(wanted) != nullptr)) continue;
       const JsonIo other = sides.object(name_of(wanted));
       if (!other) continue;
-      if (text.reads()) header.sides.push_back(new_side(header, wanted));
+      if (text.is_reading()) header.sides.push_back(new_side(header, wanted));
       FabricHeader& target = *std::ranges::find(header.sides, wanted, &FabricHeader::side);
       side(other, target);
-      if (text.reads()) check_side(other, header, target);
+      if (text.is_reading()) check_side(other, header, target);
     }
   }
 
@@ -55,12 +56,12 @@ class TextIo {
     if (text.has("variation")) (void)text.object("variation");
     if (!text.has("colourways")) return;
     for (const JsonIo& item : text.items("colourways"))
-      if (!item.value().is_object()) item.refuse("is not an object");
+      if (!item.value().is_object()) item.add_issue("is not an object");
   }
 
   /// An object of any members, as text.
   static void any_members(const JsonIo& text, const char* name, std::string& value) {
-    if (!text.reads())
+    if (!text.is_reading())
       text.set(name, provenance_json(value));
     else if (const JsonIo object = text.object(name))
       value = object.value().dump();
@@ -68,14 +69,14 @@ class TextIo {
 
   /// The members of every side.
   void side(const JsonIo& text, FabricHeader& header) const {
-    if (text.optional("radianceScale", header.radiance_scale != 1))
-      text.real("radianceScale", header.radiance_scale, RealRule::positive);
+    if (text.has_optional("radianceScale", header.radiance_scale != 1))
+      text.number("radianceScale", header.radiance_scale, RealRule::positive);
     any_members(text, "provenance", header.provenance);
     text.grid("views", header.views, limits_.directions);
     layers(text, header);
     const bool has_lights = header.layer(LayerKind::light) || header.layer(LayerKind::bases);
     if (has_lights) text.grid("lights", header.lights, limits_.directions);
-    if (text.reads()) {
+    if (text.is_reading()) {
       require_layer(text, header, LayerKind::products, header, LayerKind::bases);
       complete_shape(header);
     }
@@ -88,45 +89,45 @@ class TextIo {
     for (const LayerKind kind : all_layers) {
       auto& layer = header.layer(kind);
       const char* name = name_of(kind);
-      if (!layers.optional(name, layer.has_value())) continue;
-      if (!layers_of(header.side).contains(kind)) {
-        layers.refuse(name, fmt::format("{} does not have this layer", name_of(header.side)));
+      if (!layers.has_optional(name, layer.has_value())) continue;
+      if (!side_layers(header.side).contains(kind)) {
+        layers.add_issue(name, fmt::format("{} does not have this layer", name_of(header.side)));
         continue;
       }
       const JsonIo of_layer = layers.object(name);
       if (!of_layer) continue;
       if (!layer) layer.emplace();
       members_of(kind, of_layer, *layer, header);
-      digests.texts(name, layer->digests, layer->levels.size());
+      digests.strings(name, layer->digests, layer->levels.size());
     }
-    if (text.reads()) check_unknown(layers);
+    if (text.is_reading()) check_unknown(layers);
   }
 
   void members_of(LayerKind kind, const JsonIo& text, LayerHeader& layer, FabricHeader& header) const {
     constexpr LayerSet of_level_0{LayerKind::bases, LayerKind::yarns, LayerKind::indirect};
     LayerShape& shape = header.shape;
-    text.increasing("levels", layer.levels, header.levels - 1);
-    if (text.reads() && of_level_0.contains(kind) && layer.levels != std::vector{0})
-      text.refuse("levels", "is not level 0 alone");
-    if (kind == LayerKind::lobes) text.whole("lobes", shape.lobes, 0, limits_.lobes);
+    text.increasing_integers("levels", layer.levels, header.levels - 1);
+    if (text.is_reading() && of_level_0.contains(kind) && layer.levels != std::vector{0})
+      text.add_issue("levels", "is not level 0 alone");
+    if (kind == LayerKind::lobes) text.integer("lobes", shape.lobes, 0, limits_.lobes);
     if (kind == LayerKind::products) pairs(text, layer);
     if (kind == LayerKind::bases) {
       if (const JsonIo functions = text.object("functions")) {
-        functions.whole("views", shape.view_functions, 0, limits_.functions);
-        functions.whole("lights", shape.light_functions, 1, limits_.functions);
+        functions.integer("views", shape.view_functions, 0, limits_.functions);
+        functions.integer("lights", shape.light_functions, 1, limits_.functions);
       }
     }
     if (kind == LayerKind::yarns) text.yarn_counts(shape.yarns, limits_);
-    if (!text.reads()) {
+    if (!text.is_reading()) {
       if (kind == LayerKind::yarns || kind == LayerKind::indirect) text.set("optional", true);
     } else if (text.has("optional") && !text.value()["optional"].is_boolean()) {
-      text.refuse("optional", "is neither true nor false");
+      text.add_issue("optional", "is neither true nor false");
     }
   }
 
   /// The pairs of functions of each of the layer's levels.
   void pairs(const JsonIo& text, LayerHeader& layer) const {
-    if (!text.reads()) {
+    if (!text.is_reading()) {
       json lists = json::array();
       for (const auto& pairs : layer.pairs) {
         json& list = lists.emplace_back(json::array());
@@ -134,15 +135,15 @@ class TextIo {
       }
       return text.set("pairs", std::move(lists));
     }
-    const std::size_t errors = text.sink().errors();
+    const std::size_t errors = text.sink().error_count();
     const std::vector<JsonIo> lists = text.items("pairs");
-    if (lists.size() != layer.levels.size() && text.sink().errors() == errors)
-      text.refuse("pairs",
-                  fmt::format("has {} items, the layer {} levels", lists.size(), layer.levels.size()));
+    if (lists.size() != layer.levels.size() && text.sink().error_count() == errors)
+      text.add_issue("pairs",
+                     fmt::format("has {} items, the layer {} levels", lists.size(), layer.levels.size()));
     for (const JsonIo& list : lists) {
       if (!list.value().is_array() || list.value().empty() ||
           std::cmp_greater(list.value().size(), limits_.products))
-        return list.refuse(fmt::format("is not an array of 1 to {} pairs", limits_.products));
+        return list.add_issue(fmt::format("is not an array of 1 to {} pairs", limits_.products));
       std::vector<V2i>& pairs = layer.pairs.emplace_back();
       for (const JsonIo& pair : list.items()) {
         const json& numbers = pair.value();
@@ -151,7 +152,7 @@ class TextIo {
         };
         if (!numbers.is_array() || numbers.size() != 2 || !is_function(0, limits_.functions + 1) ||
             !is_function(1, limits_.functions))
-          return pair.refuse("is not a pair of functions");
+          return pair.add_issue("is not a pair of functions");
         pairs.emplace_back(numbers[0].get<int>(), numbers[1].get<int>());
       }
     }
@@ -160,8 +161,8 @@ class TextIo {
   static void check_unknown(const JsonIo& layers) {
     for (const auto& [name, layer] : layers.value().items()) {
       const bool optional = layer.is_object() && layer.contains("optional") && layer["optional"] == true;
-      if (layer_named(name) || optional) continue;
-      layers.sink().add(Code::fabric_unsupported, pointer_to(layers.place(), name),
+      if (find_layer_kind(name) || optional) continue;
+      layers.sink().add(Code::fabric_unsupported, member_pointer(layers.json_pointer(), name),
                         "is an unknown layer that is not optional");
     }
   }
@@ -169,7 +170,7 @@ class TextIo {
   static void require_layer(const JsonIo& text, const FabricHeader& header, LayerKind kind,
                             const FabricHeader& others, LayerKind other) {
     if (header.layer(kind) && !others.layer(other))
-      text.sink().add(Code::fabric_member, fmt::format("{}/layers/{}", text.place(), name_of(kind)),
+      text.sink().add(Code::fabric_member, fmt::format("{}/layers/{}", text.json_pointer(), name_of(kind)),
                       fmt::format("there is no layer {}", name_of(other)));
   }
 
@@ -185,16 +186,16 @@ class TextIo {
 
   static void check_side(const JsonIo& text, const FabricHeader& front, const FabricHeader& header) {
     const FabricHeader* const seen =
-        front.side_of(header.side == Side::back_through ? Side::back : Side::front);
-    if (seen == nullptr || (lets_through(header.side) && header.views != seen->views))
-      return text.refuse("the views differ from the visible side's");
+        front.find_side(header.side == Side::back_through ? Side::back : Side::front);
+    if (seen == nullptr || (is_transmission(header.side) && header.views != seen->views))
+      return text.add_issue("the views differ from the visible side's");
     require_layer(text, header, LayerKind::indirect, front, LayerKind::yarns);
     for (int k = 0; k < header.levels; ++k) {
-      const int shown = header.level_of_texels(k);
+      const int shown = header.texel_level(k);
       if (shown == k) continue;
-      if (shown < 0) return text.refuse(fmt::format("level {} and all coarser levels have no layer", k));
+      if (shown < 0) return text.add_issue(fmt::format("level {} and all coarser levels have no layer", k));
       if (header.has(LayerKind::frame, k) || header.has(LayerKind::opacity, k))
-        return text.refuse(fmt::format("level {} has a layer, but no reflectance", k));
+        return text.add_issue(fmt::format("level {} has a layer, but no reflectance", k));
     }
   }
 
@@ -203,7 +204,7 @@ class TextIo {
     LayerShape& shape = header.shape;
     shape.views = header.views.count();
     shape.lights = header.lights.count();
-    shape.base_texels = header.width * header.height;
+    shape.level0_texel_count = header.width * header.height;
     const auto& products = header.layer(LayerKind::products);
     if (!products) return;
     for (const auto& pairs : products->pairs)
@@ -240,20 +241,20 @@ FabricHeader header_without_layers(const Fabric& fabric) {
   return header;
 }
 
-const FabricHeader* FabricHeader::side_of(Side wanted) const {
+const FabricHeader* FabricHeader::find_side(Side wanted) const {
   if (wanted == side) return this;
   const auto found = std::ranges::find_if(sides, [&](const FabricHeader& h) { return h.side == wanted; });
   return found == sides.end() ? nullptr : &*found;
 }
 
-int FabricHeader::entry(LayerKind kind, int level) const {
+int FabricHeader::index_in_layer(LayerKind kind, int level) const {
   if (!layer(kind)) return -1;
   const std::vector<int>& present = layer(kind)->levels;
   const auto found = std::ranges::find(present, level);
   return found == present.end() ? -1 : static_cast<int>(found - present.begin());
 }
 
-int FabricHeader::level_of_texels(int level) const {
+int FabricHeader::texel_level(int level) const {
   if (side == Side::front) return level;
   constexpr std::array reflecting{LayerKind::lobes, LayerKind::table, LayerKind::light, LayerKind::products};
   for (int k = level; k < levels; ++k)
@@ -292,11 +293,12 @@ std::optional<FabricHeader> header_from_json(const std::string& text, const Fabr
             : fmt::format("fabric version {} is not known, only {}.x", number, names::fabric_version_major));
     return std::nullopt;
   }
-  const std::size_t errors = sink.errors();
+  const std::size_t errors = sink.error_count();
   FabricHeader header;
   TextIo(limits).root(JsonIo::reader(parsed, Code::fabric_member, sink), header);
-  if (sink.errors() == errors) for_each_side(header, [&](const FabricHeader& h) { check_pairs(h, sink); });
-  if (sink.errors() > errors) return std::nullopt;
+  if (sink.error_count() == errors)
+    for_each_side(header, [&](const FabricHeader& h) { check_pairs(h, sink); });
+  if (sink.error_count() > errors) return std::nullopt;
   return header;
 }
 

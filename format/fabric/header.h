@@ -31,13 +31,13 @@ struct FabricHeader : FabricInfo {
   const std::optional<LayerHeader>& layer(LayerKind kind) const { return layers[index_of(kind)]; }
   std::optional<LayerHeader>& layer(LayerKind kind) { return layers[index_of(kind)]; }
   /// Index of a level in the layer's levels and digests; -1 if the level does not have the layer.
-  int entry(LayerKind kind, int level) const;
-  bool has(LayerKind kind, int level) const { return entry(kind, level) >= 0; }
+  int index_in_layer(LayerKind kind, int level) const;
+  bool has(LayerKind kind, int level) const { return index_in_layer(kind, level) >= 0; }
   /// The level whose texels a level shows: itself, or of another side that leaves it out, the next coarser
   /// one that it has; -1 without any.
-  int level_of_texels(int level) const;
+  int texel_level(int level) const;
   /// This header or one of its sides; null without.
-  const FabricHeader* side_of(Side wanted) const;
+  const FabricHeader* find_side(Side wanted) const;
 };
 
 /// Calls `visit` with the header and the headers of its other sides.

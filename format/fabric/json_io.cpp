@@ -13,26 +13,26 @@ namespace selvedge {
 
 using nlohmann::json;
 
-void JsonIo::refuse(std::string message) const { sink_->add(code_, place_, std::move(message)); }
+void JsonIo::add_issue(std::string message) const { sink_->add(code_, place_, std::move(message)); }
 
-void JsonIo::refuse(const std::string& name, std::string message) const {
-  sink_->add(code_, pointer_to(place_, name), std::move(message));
+void JsonIo::add_issue(const std::string& name, std::string message) const {
+  sink_->add(code_, member_pointer(place_, name), std::move(message));
 }
 
 JsonIo JsonIo::member(const char* name) const {
-  JsonIo result(nullptr, nullptr, pointer_to(place_, name), code_, sink_);
+  JsonIo result(nullptr, nullptr, member_pointer(place_, name), code_, sink_);
   if (from_ == nullptr) return result;
   if (const auto found = from_->find(name); found != from_->end())
     result.from_ = &*found;
   else
-    result.refuse("is missing");
+    result.add_issue("is missing");
   return result;
 }
 
 std::vector<JsonIo> JsonIo::items() const {
   std::vector<JsonIo> items;
   if (from_ != nullptr && !from_->is_array()) {
-    refuse("is not an array");
+    add_issue("is not an array");
     return items;
   }
   for (std::size_t i = 0; from_ != nullptr && i < from_->size(); ++i)
@@ -41,10 +41,10 @@ std::vector<JsonIo> JsonIo::items() const {
 }
 
 JsonIo JsonIo::object(const char* name) const {
-  if (!reads()) return {nullptr, &((*to_)[name] = json::object()), {}, {}, nullptr};
+  if (!is_reading()) return {nullptr, &((*to_)[name] = json::object()), {}, {}, nullptr};
   JsonIo result = member(name);
   if (!result || result.from_->is_object()) return result;
-  result.refuse("is not an object");
+  result.add_issue("is not an object");
   result.from_ = nullptr;
   return result;
 }
@@ -52,9 +52,9 @@ JsonIo JsonIo::object(const char* name) const {
 void JsonIo::read_whole(int& value, int min, int max) const {
   if (from_ == nullptr) return;
   if (!from_->is_number_integer())
-    refuse("is not a whole number");
+    add_issue("is not a whole number");
   else if (*from_ < min || *from_ > max)
-    refuse(fmt::format("{} is outside of {} to {}", from_->dump(), min, max));
+    add_issue(fmt::format("{} is outside of {} to {}", from_->dump(), min, max));
   else
     value = from_->get<int>();
 }
@@ -63,70 +63,70 @@ void JsonIo::read_real(float& value, RealRule rule) const {
   if (from_ == nullptr) return;
   const double number = from_->is_number() ? from_->get<double>() : 0;
   if (!from_->is_number())
-    refuse("is not a number");
+    add_issue("is not a number");
   else if (std::abs(number) > static_cast<double>(std::numeric_limits<float>::max()))
-    refuse("is beyond single precision");
+    add_issue("is beyond single precision");
   else if (rule == RealRule::positive && !(static_cast<float>(number) > 0))
-    refuse(fmt::format("{} is not positive", from_->dump()));
+    add_issue(fmt::format("{} is not positive", from_->dump()));
   else if (rule == RealRule::not_negative && number < 0)
-    refuse("is negative");
+    add_issue("is negative");
   else
     value = static_cast<float>(number);
 }
 
-void JsonIo::whole(const char* name, int& value, int min, int max) const {
-  if (reads()) return member(name).read_whole(value, min, max);
+void JsonIo::integer(const char* name, int& value, int min, int max) const {
+  if (is_reading()) return member(name).read_whole(value, min, max);
   (*to_)[name] = value;
 }
 
-void JsonIo::real(const char* name, float& value, RealRule rule) const {
-  if (reads()) return member(name).read_real(value, rule);
+void JsonIo::number(const char* name, float& value, RealRule rule) const {
+  if (is_reading()) return member(name).read_real(value, rule);
   (*to_)[name] = value;
 }
 
 std::vector<JsonIo> JsonIo::items(const char* name, std::size_t count) const {
-  const std::size_t errors = sink_->errors();
+  const std::size_t errors = sink_->error_count();
   std::vector<JsonIo> list = items(name);
   if (list.size() == count) return list;
-  if (sink_->errors() == errors)
-    refuse(name, fmt::format("does not have {} items", count == 2 ? "two" : "three"));
+  if (sink_->error_count() == errors)
+    add_issue(name, fmt::format("does not have {} items", count == 2 ? "two" : "three"));
   return {};
 }
 
-void JsonIo::wholes(const char* name, int& first, int& second, int min, int max) const {
-  if (!reads()) return set(name, {first, second});
+void JsonIo::integer_pair(const char* name, int& first, int& second, int min, int max) const {
+  if (!is_reading()) return set(name, {first, second});
   int* value = &first;
   for (const JsonIo& item : items(name, 2)) item.read_whole(*std::exchange(value, &second), min, max);
 }
 
-void JsonIo::reals(const char* name, std::span<float> values, RealRule rule) const {
-  if (!reads()) return set(name, values);
+void JsonIo::numbers(const char* name, std::span<float> values, RealRule rule) const {
+  if (!is_reading()) return set(name, values);
   auto value = values.begin();
   for (const JsonIo& item : items(name, values.size())) item.read_real(*value++, rule);
 }
 
-void JsonIo::increasing(const char* name, std::vector<int>& list, int max) const {
-  if (!reads()) return set(name, list);
-  const std::size_t errors = sink_->errors();
+void JsonIo::increasing_integers(const char* name, std::vector<int>& list, int max) const {
+  if (!is_reading()) return set(name, list);
+  const std::size_t errors = sink_->error_count();
   for (const JsonIo& item : items(name)) {
     int number = -1;
     item.read_whole(number, 0, max);
-    if (sink_->errors() > errors) return;
+    if (sink_->error_count() > errors) return;
     if (!list.empty() && number <= list.back())
-      return item.refuse(fmt::format("{} does not come after {}", number, list.back()));
+      return item.add_issue(fmt::format("{} does not come after {}", number, list.back()));
     list.push_back(number);
   }
-  if (list.empty() && sink_->errors() == errors) refuse(name, "is empty");
+  if (list.empty() && sink_->error_count() == errors) add_issue(name, "is empty");
 }
 
-void JsonIo::texts(const char* name, std::vector<std::string>& list, std::size_t count) const {
-  if (!reads()) return set(name, list);
-  const std::size_t errors = sink_->errors();
+void JsonIo::strings(const char* name, std::vector<std::string>& list, std::size_t count) const {
+  if (!is_reading()) return set(name, list);
+  const std::size_t errors = sink_->error_count();
   const std::vector<JsonIo> all = items(name);
-  if (all.size() != count && sink_->errors() == errors)
-    return refuse(name, fmt::format("has {} items, the layer {} levels", all.size(), count));
+  if (all.size() != count && sink_->error_count() == errors)
+    return add_issue(name, fmt::format("has {} items, the layer {} levels", all.size(), count));
   for (const JsonIo& item : all) {
-    if (!item.value().is_string()) return item.refuse("is not a string");
+    if (!item.value().is_string()) return item.add_issue("is not a string");
     list.push_back(item.value().get<std::string>());
   }
 }
@@ -134,34 +134,34 @@ void JsonIo::texts(const char* name, std::vector<std::string>& list, std::size_t
 JsonIo JsonIo::grid(const char* name, DirectionGrid& grid, int max_directions) const {
   JsonIo text = object(name);
   if (!text) return text;
-  const std::size_t errors = reads() ? sink_->errors() : 0;
-  if (!reads()) {
+  const std::size_t errors = is_reading() ? sink_->error_count() : 0;
+  if (!is_reading()) {
     text.set(names::member::layout, names::layout_equal_area);
   } else if (const JsonIo layout = text.member(names::member::layout);
              !layout || layout.value() != names::layout_equal_area) {
     const Code unknown = code_ == Code::fabric_member ? Code::fabric_unsupported : code_;
     if (layout && !layout.value().is_string())
-      layout.refuse("is not a string");
+      layout.add_issue("is not a string");
     else if (layout)
-      sink_->add(unknown, layout.place(), "is not a known layout");
+      sink_->add(unknown, layout.json_pointer(), "is not a known layout");
     return text;
   }
-  text.whole(names::member::columns, grid.columns, 1, max_directions);
-  text.whole(names::member::rows, grid.rows, 1, max_directions);
-  if (reads() && sink_->errors() == errors && grid.rows > max_directions / grid.columns)
-    text.refuse(fmt::format("{}x{} directions; {} are allowed", grid.columns, grid.rows, max_directions));
+  text.integer(names::member::columns, grid.columns, 1, max_directions);
+  text.integer(names::member::rows, grid.rows, 1, max_directions);
+  if (is_reading() && sink_->error_count() == errors && grid.rows > max_directions / grid.columns)
+    text.add_issue(fmt::format("{}x{} directions; {} are allowed", grid.columns, grid.rows, max_directions));
   return text;
 }
 
 void JsonIo::yarn_counts(YarnCounts& counts, const FabricLimits& limits) const {
-  whole(names::member::curves, counts.curves, 1, limits.curves);
-  whole(names::member::nodes, counts.nodes, 2, limits.nodes);
-  whole(names::member::stations, counts.stations, 1, limits.stations);
-  whole(names::member::fields, counts.fields, min_yarn_fields, limits.fields);
-  if (reads() && !has(names::member::values_per_station))
-    counts.values = min_station_values;
+  integer(names::member::curves, counts.curves, 1, limits.curves);
+  integer(names::member::nodes, counts.nodes, 2, limits.nodes);
+  integer(names::member::stations, counts.stations, 1, limits.stations);
+  integer(names::member::fields, counts.fields, min_yarn_field_count, limits.fields);
+  if (is_reading() && !has(names::member::values_per_station))
+    counts.values = min_station_value_count;
   else
-    whole(names::member::values_per_station, counts.values, min_station_values, limits.values);
+    integer(names::member::values_per_station, counts.values, min_station_value_count, limits.values);
 }
 
 }  // namespace selvedge

@@ -24,24 +24,24 @@ class JsonIo {
   }
   static JsonIo writer(nlohmann::json& object) { return {nullptr, &object, {}, {}, nullptr}; }
 
-  bool reads() const { return to_ == nullptr; }
+  bool is_reading() const { return to_ == nullptr; }
   /// False for a member that broke a rule when it was read; its members are then neither read nor written.
   explicit operator bool() const { return from_ != nullptr || to_ != nullptr; }
   bool has(const char* name) const { return from_ != nullptr && from_->contains(name); }
   /// Whether an optional member is to be read or written.
-  bool optional(const char* name, bool written) const { return reads() ? has(name) : written; }
-  /// The value that is read. Precondition: reads(), and it is not empty.
+  bool has_optional(const char* name, bool written) const { return is_reading() ? has(name) : written; }
+  /// The value that is read. Precondition: is_reading(), and it is not empty.
   const nlohmann::json& value() const { return *from_; }
-  const std::string& place() const { return place_; }
+  const std::string& json_pointer() const { return place_; }
 
-  void whole(const char* name, int& value, int min, int max) const;
-  void real(const char* name, float& value, RealRule rule = RealRule::any) const;
-  void wholes(const char* name, int& first, int& second, int min, int max) const;
-  void reals(const char* name, std::span<float> values, RealRule rule = RealRule::any) const;
+  void integer(const char* name, int& value, int min, int max) const;
+  void number(const char* name, float& value, RealRule rule = RealRule::any) const;
+  void integer_pair(const char* name, int& first, int& second, int min, int max) const;
+  void numbers(const char* name, std::span<float> values, RealRule rule = RealRule::any) const;
   /// Whole numbers from 0 to `max`, at least one, increasing.
-  void increasing(const char* name, std::vector<int>& list, int max) const;
+  void increasing_integers(const char* name, std::vector<int>& list, int max) const;
   /// `count` strings.
-  void texts(const char* name, std::vector<std::string>& list, std::size_t count) const;
+  void strings(const char* name, std::vector<std::string>& list, std::size_t count) const;
   /// A grid of 1 to `max_directions` directions; FABRIC_UNSUPPORTED of a fabric with another layout. Returns
   /// its object.
   JsonIo grid(const char* name, DirectionGrid& grid,
@@ -57,8 +57,8 @@ class JsonIo {
   std::vector<JsonIo> items(const char* name) const { return member(name).items(); }
   std::vector<JsonIo> items() const;
   /// Adds an issue here, or at a member.
-  void refuse(std::string message) const;
-  void refuse(const std::string& name, std::string message) const;
+  void add_issue(std::string message) const;
+  void add_issue(const std::string& name, std::string message) const;
   IssueSink& sink() const { return *sink_; }
 
  private:

@@ -35,7 +35,7 @@ std::string number(const LayerShape&, int channel) { return fmt::format("{}", ch
 
 /// Channels of a part whose values are spread over the texels of level 0.
 int channels_of(int values, const LayerShape& shape) {
-  return (values + shape.base_texels - 1) / shape.base_texels;
+  return (values + shape.level0_texel_count - 1) / shape.level0_texel_count;
 }
 
 ValueRange all_finite(const LayerShape&, int) { return finite; }
@@ -63,7 +63,7 @@ constexpr std::array<LayerRow, all_layers.size()> rows{{
     {names::part_opacity, [](const LayerShape& s) { return s.views; },
      [](const LayerShape&, int i) { return fmt::format("{:04}", i); },
      [](const LayerShape&, int) { return fraction; }},
-    {names::part_light, [](const LayerShape& s) { return 3 * s.lights; }, colour_of_direction,
+    {names::part_light_table, [](const LayerShape& s) { return 3 * s.lights; }, colour_of_direction,
      all_not_negative},
     {names::part_products, [](const LayerShape& s) { return s.products; }, number, all_finite},
     {names::part_bases, [](const LayerShape& s) { return channels_of(values_of_bases(s), s); }, number,
@@ -86,11 +86,11 @@ const char* name_of(Side side) {
   return names[index_of(side)];
 }
 
-LayerSet layers_of(Side side) {
+LayerSet side_layers(Side side) {
   LayerSet set = LayerSet::all();
   if (side != Side::front) set.erase({LayerKind::yarns});
-  if (view_behind(side)) set.erase({LayerKind::indirect});
-  if (lets_through(side)) set.erase({LayerKind::opacity});
+  if (is_view_behind(side)) set.erase({LayerKind::indirect});
+  if (is_transmission(side)) set.erase({LayerKind::opacity});
   return set;
 }
 
@@ -98,7 +98,7 @@ std::string part_name(LayerKind kind, Side side) {
   return side == Side::front ? name_of(kind) : fmt::format("{}.{}", name_of(side), name_of(kind));
 }
 
-std::optional<LayerKind> layer_named(std::string_view name) {
+std::optional<LayerKind> find_layer_kind(std::string_view name) {
   for (const LayerKind kind : all_layers) {
     if (name == name_of(kind)) return kind;
   }
@@ -107,7 +107,7 @@ std::optional<LayerKind> layer_named(std::string_view name) {
 
 int channel_count(LayerKind kind, const LayerShape& shape) { return row_of(kind).count(shape); }
 
-bool fits_a_part(LayerKind kind, const LayerShape& shape) {
+bool fits_exr_part(LayerKind kind, const LayerShape& shape) {
   return channel_count(kind, shape) <= ExrLimits{}.channels;
 }
 
@@ -121,7 +121,7 @@ std::vector<std::string> channel_names(LayerKind kind, const LayerShape& shape) 
   return names;
 }
 
-ValueRange range_of(LayerKind kind, const LayerShape& shape, int channel) {
+ValueRange value_range(LayerKind kind, const LayerShape& shape, int channel) {
   return row_of(kind).range(shape, channel);
 }
 

@@ -20,7 +20,7 @@ constexpr std::size_t index_of(LayerKind kind) { return static_cast<std::size_t>
 
 /// The name of the kind, and of its part at the front.
 const char* name_of(LayerKind kind);
-std::optional<LayerKind> layer_named(std::string_view name);
+std::optional<LayerKind> find_layer_kind(std::string_view name);
 
 /// On which sides of the cloth view and light are (spec/brdf.md, Sides). In the file's order.
 enum class Side {
@@ -32,8 +32,8 @@ enum class Side {
 inline constexpr std::array all_sides{Side::front, Side::back, Side::through, Side::back_through};
 inline constexpr std::array other_sides{Side::back, Side::through, Side::back_through};
 constexpr std::size_t index_of(Side side) { return static_cast<std::size_t>(side); }
-constexpr bool view_behind(Side side) { return side == Side::back || side == Side::back_through; }
-constexpr bool lets_through(Side side) { return side == Side::through || side == Side::back_through; }
+constexpr bool is_view_behind(Side side) { return side == Side::back || side == Side::back_through; }
+constexpr bool is_transmission(Side side) { return side == Side::through || side == Side::back_through; }
 
 /// "front", "back", "through", "back.through".
 const char* name_of(Side side);
@@ -65,14 +65,14 @@ class LayerSet {
 };
 
 /// Layers for which 16 bits suffice.
-inline constexpr LayerSet table_layers = [] {
+inline constexpr LayerSet half_precision_layers = [] {
   LayerSet set = LayerSet::all();
   set.erase({LayerKind::lobes, LayerKind::yarns});
   return set;
 }();
 
 /// The layers that a side may have in a file. The yarn and the opacity of a view are stored once.
-LayerSet layers_of(Side side);
+LayerSet side_layers(Side side);
 
 /// Values of a level's texels: values[texel * channels + channel], with the channels of channel_name(). A
 /// layer without channels is absent.
@@ -83,19 +83,19 @@ struct Layer {
 };
 
 /// Numbers of a curve: all, and the least that a file may have.
-inline constexpr int yarn_fields = 36;
-inline constexpr int min_yarn_fields = 11;
+inline constexpr int yarn_field_count = 36;
+inline constexpr int min_yarn_field_count = 11;
 /// Numbers of a station of indirect light, likewise.
-inline constexpr int station_values = 145;
-inline constexpr int min_station_values = 135;
+inline constexpr int station_value_count = 145;
+inline constexpr int min_station_value_count = 135;
 
 /// How much yarn a fabric holds (yarns.h); 0: none.
 struct YarnCounts {
   int curves = 0;
-  int nodes = 0;             ///< and squeezes of squashed curves
-  int stations = 0;          ///< of indirect light
-  int fields = yarn_fields;  ///< numbers of a curve
-  int values = station_values;
+  int nodes = 0;                  ///< and squeezes of squashed curves
+  int stations = 0;               ///< of indirect light
+  int fields = yarn_field_count;  ///< numbers of a curve
+  int values = station_value_count;
   bool operator==(const YarnCounts&) const = default;
 };
 
@@ -109,7 +109,8 @@ struct LayerShape {
   int view_functions = 0;  ///< without phi_0
   int light_functions = 0;
   YarnCounts yarns;
-  int base_texels = 1;  ///< of level 0, which the values of bases, yarns and indirect light are spread over
+  int level0_texel_count =
+      1;  ///< of level 0, which the values of bases, yarns and indirect light are spread over
 };
 
 /// The name of a layer's part: its kind's, after "back." and the like for other sides than the front.
@@ -120,7 +121,7 @@ int channel_count(LayerKind kind, const LayerShape& shape);
 
 /// Whether an OpenEXR part can have the channels. To be checked before channel_names(): a short attribute
 /// text can define millions.
-bool fits_a_part(LayerKind kind, const LayerShape& shape);
+bool fits_exr_part(LayerKind kind, const LayerShape& shape);
 
 std::string channel_name(LayerKind kind, const LayerShape& shape, int channel);
 std::vector<std::string> channel_names(LayerKind kind, const LayerShape& shape);
@@ -129,9 +130,9 @@ std::vector<std::string> channel_names(LayerKind kind, const LayerShape& shape);
 struct ValueRange {
   float min = std::numeric_limits<float>::lowest();
   float max = std::numeric_limits<float>::max();
-  const char* fault = "is not finite";
+  const char* fault_message = "is not finite";
   bool contains(float value) const { return value >= min && value <= max; }
 };
-ValueRange range_of(LayerKind kind, const LayerShape& shape, int channel);
+ValueRange value_range(LayerKind kind, const LayerShape& shape, int channel);
 
 }  // namespace selvedge

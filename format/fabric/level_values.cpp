@@ -13,12 +13,12 @@ Layer spread_bases(const FabricLevel& level, LayerKind kind) {
   std::vector<float> values = level.bases->view;
   const std::span<const float> light = floats_of(level.bases->light);
   values.insert(values.end(), light.begin(), light.end());
-  return spread(values, level.texels());
+  return layer_from_values(values, level.texels());
 }
 
 /// The values of the bases are stored one after the other in the pixels of level 0, channel by channel.
-std::shared_ptr<const ProductBases> bases_of(const std::vector<const std::vector<float>*>& planes,
-                                             const LayerShape& shape) {
+std::shared_ptr<const ProductBases> shared_bases(const std::vector<const std::vector<float>*>& planes,
+                                                 const LayerShape& shape) {
   std::vector<float> values;
   for (const std::vector<float>* plane : planes) values.insert(values.end(), plane->begin(), plane->end());
   const auto colours = values.begin() + shape.view_functions * shape.views;
@@ -39,7 +39,7 @@ bool is_frame(const V3f& n, const V3f& t) {
 
 }  // namespace
 
-Layer spread(const std::vector<float>& values, int texels) {
+Layer layer_from_values(const std::vector<float>& values, int texels) {
   Layer layer;
   layer.channels = static_cast<int>((values.size() + texels - 1) / texels);
   layer.values.assign(std::size_t{1} * layer.channels * texels, 0);
@@ -48,7 +48,7 @@ Layer spread(const std::vector<float>& values, int texels) {
   return layer;
 }
 
-ExrPixels pixels_of(const FabricLevel& level, LayerKind kind, const LayerShape& shape) {
+ExrPixels layer_pixels(const FabricLevel& level, LayerKind kind, const LayerShape& shape) {
   const std::size_t texels = level.texels();
   ExrPixels pixels{level.width, level.height,
                    std::vector<std::vector<float>>(channel_count(kind, shape), std::vector<float>(texels))};
@@ -60,10 +60,10 @@ ExrPixels pixels_of(const FabricLevel& level, LayerKind kind, const LayerShape& 
   return pixels;
 }
 
-void set_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shape,
-                const std::vector<const std::vector<float>*>& planes) {
+void set_layer_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shape,
+                      const std::vector<const std::vector<float>*>& planes) {
   if (kind == LayerKind::bases) {
-    level.bases = bases_of(planes, shape);
+    level.bases = shared_bases(planes, shape);
     return;
   }
   Layer layer;
@@ -74,8 +74,8 @@ void set_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shape,
   level.set(kind, std::move(layer));
 }
 
-std::string value_place(const std::string& part, int level, const std::string& channel, std::size_t texel,
-                        int width) {
+std::string value_location(const std::string& part, int level, const std::string& channel, std::size_t texel,
+                           int width) {
   return fmt::format("{}/level {}/{}/{},{}", part, level, channel, texel % width, texel / width);
 }
 
@@ -102,8 +102,8 @@ void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& perio
              data.error().message);
     return;
   }
-  if (memory_of(*data, period) > static_cast<double>(memory)) {
-    const Error beyond = beyond_memory("", name_of(LayerKind::yarns), "the cells of the yarn", memory);
+  if (yarn_memory_bytes(*data, period) > static_cast<double>(memory)) {
+    const Error beyond = memory_limit_error("", name_of(LayerKind::yarns), "the cells of the yarn", memory);
     return sink.add(beyond.code, beyond.place, beyond.message);
   }
   level.set_yarns(std::make_shared<const Yarns>(std::move(*data), period));
@@ -122,18 +122,18 @@ void check_values(const FabricLevel& level, int level_index, LayerKind kind, con
   int count = 0;
   const auto add = [&](const std::string& channel, std::size_t texel, std::string message) {
     sink.add(Code::fabric_not_finite,
-             value_place(part_name(kind, shape.side), level_index, channel, texel, level.width),
+             value_location(part_name(kind, shape.side), level_index, channel, texel, level.width),
              std::move(message));
   };
   const auto check = [&](const ValueRange& range, int channel, std::size_t texel, float value) {
     if (range.contains(value) || ++count > max_named) return;
-    add(channel_name(kind, shape, channel), texel, fmt::format("{} {}", value, range.fault));
+    add(channel_name(kind, shape, channel), texel, fmt::format("{} {}", value, range.fault_message));
   };
   const std::size_t texels = level.texels();
   const Layer bases = spread_bases(level, kind);
   const Layer& layer = bases.channels > 0 ? bases : level[kind];
   std::vector<ValueRange> ranges;
-  for (int i = 0; i < layer.channels; ++i) ranges.push_back(range_of(kind, shape, i));
+  for (int i = 0; i < layer.channels; ++i) ranges.push_back(value_range(kind, shape, i));
   const float* value = layer.values.data();
   for (std::size_t texel = 0; texel < texels; ++texel)
     for (int i = 0; i < layer.channels; ++i) check(ranges[i], i, texel, *value++);

@@ -8,19 +8,19 @@
 namespace selvedge {
 
 /// A layer of values that belong to no texel: they fill channel after channel.
-Layer spread(const std::vector<float>& values, int texels);
+Layer layer_from_values(const std::vector<float>& values, int texels);
 
 /// The pixels of a layer, planes in the order of channel_names(); zeros if the level does not have the layer.
-ExrPixels pixels_of(const FabricLevel& level, LayerKind kind, const LayerShape& shape);
+ExrPixels layer_pixels(const FabricLevel& level, LayerKind kind, const LayerShape& shape);
 
-/// The inverse of pixels_of(): sets the layer. planes[i]: values of channel i by texel. Products need
+/// The inverse of layer_pixels(): sets the layer. planes[i]: values of channel i by texel. Products need
 /// level.pairs to be set, and keep that many channels.
-void set_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shape,
-                const std::vector<const std::vector<float>*>& planes);
+void set_layer_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shape,
+                      const std::vector<const std::vector<float>*>& planes);
 
 /// The place of a value in messages: "table/level 2/table.0003.red/5,7".
-std::string value_place(const std::string& part, int level, const std::string& channel, std::size_t texel,
-                        int width);
+std::string value_location(const std::string& part, int level, const std::string& channel, std::size_t texel,
+                           int width);
 
 /// Makes yarn that can be traced of the layers yarns and indirect, which the level has. FABRIC_MALFORMED, the
 /// place being "yarns/node 17", for yarn that validate() refuses; FILE_TOO_LARGE for more than `memory`

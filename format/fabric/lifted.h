@@ -11,10 +11,10 @@ namespace selvedge {
 inline constexpr float min_rise = 1.0F / 32;
 
 /// Radii above the surface at which light leaves it: more than a chain's corners stand out.
-inline constexpr float leave_radii = 1.0F / 64;
+inline constexpr float surface_offset_radii = 1.0F / 64;
 
 /// Normals that face the viewer less than this are taken to face him this much.
-inline constexpr float min_facing = 0.01F;
+inline constexpr float min_facing_cosine = 0.01F;
 
 /// The unit direction `d`, raised to that where it is lower.
 inline V3f lifted(const V3f& d) { return V3f(d.x, d.y, std::max(d.z, min_rise)).normalized(); }

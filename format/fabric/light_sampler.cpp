@@ -86,30 +86,30 @@ double CosineLobe::pdf(const V3d& light) const {
 }
 
 V3d LightCells::sample(const V2d& random) const {
-  const auto found = std::upper_bound(until.begin(), until.end() - 1, random.x);
-  const auto cell = static_cast<int>(found - until.begin());
-  const double before = cell > 0 ? until[cell - 1] : 0;
-  const double within = std::min((random.x - before) / (until[cell] - before), 1.0);
-  return square_to_hemisphere(place(cell, {within, random.y}));
+  const auto found = std::upper_bound(cumulative.begin(), cumulative.end() - 1, random.x);
+  const auto cell = static_cast<int>(found - cumulative.begin());
+  const double before = cell > 0 ? cumulative[cell - 1] : 0;
+  const double within = std::min((random.x - before) / (cumulative[cell] - before), 1.0);
+  return square_to_hemisphere(square_point(cell, {within, random.y}));
 }
 
-V2d LightCells::place(int cell, const V2d& within) const {
+V2d LightCells::square_point(int cell, const V2d& within) const {
   const int row = cell / grid.columns;
   const V2d square((cell % grid.columns + within.x) / grid.columns, (row + within.y) / grid.rows);
-  return cosine ? from_cosine(square) : square;
+  return is_cosine_weighted ? from_cosine(square) : square;
 }
 
 double LightCells::pdf(const V3d& light) const {
   if (light.z < 0) return 0;
   V2d square = hemisphere_to_square(light);
-  if (cosine) square = to_cosine(square);
+  if (is_cosine_weighted) square = to_cosine(square);
   const int cell = std::min(static_cast<int>(square.y * grid.rows), grid.rows - 1) * grid.columns +
                    std::min(static_cast<int>(square.x * grid.columns), grid.columns - 1);
-  const double fraction = until[cell] - (cell > 0 ? until[cell - 1] : 0);
-  return fraction * grid.count() * (cosine ? light.z / pi : 1 / (2 * pi));
+  const double fraction = cumulative[cell] - (cell > 0 ? cumulative[cell - 1] : 0);
+  return fraction * grid.count() * (is_cosine_weighted ? light.z / pi : 1 / (2 * pi));
 }
 
-V3d visible_normal(const V3d& view, double roughness, const V2d& random) {
+V3d sample_visible_normal(const V3d& view, double roughness, const V2d& random) {
   const V3d stretched = V3d(roughness * view.x, view.y, view.z).normalized();
   const double across = std::hypot(stretched.x, stretched.y);
   const V3d first = across > 0 ? V3d(-stretched.y, stretched.x, 0) / across : V3d(1, 0, 0);
@@ -124,7 +124,7 @@ V3d visible_normal(const V3d& view, double roughness, const V2d& random) {
 }
 
 V3d FibreGloss::sample(const V2d& random) const {
-  const V3d facet = visible_normal(view, roughness, random);
+  const V3d facet = sample_visible_normal(view, roughness, random);
   const V3d light = facet * (2 * view.dot(facet)) - view;
   return frame[0] * light.x + frame[1] * light.y + frame[2] * light.z;
 }
@@ -186,14 +186,14 @@ void LightSampler::add_texel(const FabricLevel& level, const FabricInfo& info, H
   // Without a frame the cosine is the cells'. Cells of a tilted texel have its cosine in their middle.
   LightCells cells{info.lights, !level.has(LayerKind::frame)};
   for (int k = 0; k < info.lights.count(); ++k) {
-    const V2d place = cells.place(k, {0.5, 0.5});
-    const double facing = cells.cosine ? 0.5 : std::max(0.0, n.dot(square_to_hemisphere(place)));
-    cells.until.push_back(facing * mean(rho * interpolated(factors, interpolate(info.lights, place))));
+    const V2d place = cells.square_point(k, {0.5, 0.5});
+    const double facing = cells.is_cosine_weighted ? 0.5 : std::max(0.0, n.dot(square_to_hemisphere(place)));
+    cells.cumulative.push_back(facing * mean(rho * interpolated(factors, interpolate(info.lights, place))));
   }
-  std::partial_sum(cells.until.begin(), cells.until.end(), cells.until.begin());
-  const double sum = cells.until.back();
+  std::partial_sum(cells.cumulative.begin(), cells.cumulative.end(), cells.cumulative.begin());
+  const double sum = cells.cumulative.back();
   if (!(sum > 0)) return;
-  for (double& until : cells.until) until /= sum;
+  for (double& cumulative : cells.cumulative) cumulative /= sum;
   add(half, scale * 2 * pi / info.lights.count() * sum, std::move(cells));
 }
 
@@ -204,13 +204,13 @@ void LightSampler::add_yarn(const Yarns& yarns, double weight) {
   yarns.add_strands(point, view_);
   const YarnCurve& curve = yarns.data().curves[point.curve];
   const double gloss = curve.gloss.weight;
-  const V3d normal(point.strand);
+  const V3d normal(point.strand_normal);
   const double brightness = weight * point.brightness;
   add(above, (1 - gloss) * mean(V3d(curve.albedo)) * brightness, CosineLobe{normal, 1});
   // As Yarns::direct() has it.
   const V3d fibre(point.fibre);
   V3d view(lifted(view_));
-  view = (view + normal * std::max(0.0, min_facing - normal.dot(view))).normalized();
+  view = (view + normal * std::max(0.0, min_facing_cosine - normal.dot(view))).normalized();
   FibreGloss facets{{fibre, normal.cross(fibre), normal}, {0, 0, 1}, 1};
   facets.view = V3d(view.dot(fibre), view.dot(facets.frame[1]), view.dot(normal));
   facets.roughness = std::max(min_gloss_width, static_cast<double>(curve.gloss.roughness));
@@ -229,7 +229,7 @@ void LightSampler::add_point(int level, double weight) {
     return;
   }
   add_texel(fabric_.levels[level], fabric_, above, weight);
-  if (const Fabric* through = fabric_.side_of(Side::through))
+  if (const Fabric* through = fabric_.find_side(Side::through))
     add_texel(through->levels[level], *through, below, weight);
 }
 
@@ -238,18 +238,18 @@ LightSampler::LightSampler(const Fabric& fabric, double level, const V2d& uv, co
   if (!(view.z > 0)) return;
   const auto& yarns = fabric.levels.front().yarns();
   const bool has_yarn = yarns != nullptr;
-  if (has_yarn) uv_ = place_of(yarns->variation(), uv);
+  if (has_yarn) uv_ = displaced_place(yarns->variation(), uv);
   const LevelBlend levels = level_blend(level, static_cast<int>(fabric.levels.size()), has_yarn ? -1 : 0);
   const auto alpha = [&](int k) {
     return static_cast<double>(evaluate(fabric, k, uv, V3f(0, 0, 1), view).alpha);
   };
   if (levels.weight > 0) {
-    const double near = (1 - levels.weight) * alpha(levels.lower);
-    const double far = levels.weight * alpha(levels.lower + 1);
-    add_point(levels.lower, near / (near + far));
-    add_point(levels.lower + 1, far / (near + far));
+    const double near = (1 - levels.weight) * alpha(levels.finer_level);
+    const double far = levels.weight * alpha(levels.finer_level + 1);
+    add_point(levels.finer_level, near / (near + far));
+    add_point(levels.finer_level + 1, far / (near + far));
   } else {
-    add_point(levels.lower, 1);
+    add_point(levels.finer_level, 1);
   }
 
   double total = 0;

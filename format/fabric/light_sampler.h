@@ -35,17 +35,17 @@ struct CosineLobe {
 /// have equal fractions of it: the cells of the other grid, moved along meridians.
 struct LightCells {
   DirectionGrid grid;
-  bool cosine = true;
-  std::vector<double> until{};  ///< sums of the cells' fractions up to each; the last is 1
+  bool is_cosine_weighted = true;
+  std::vector<double> cumulative{};  ///< sums of the cells' fractions up to each; the last is 1
   /// In the square of directions, at a fraction of the cell's sides.
-  V2d place(int cell, const V2d& within) const;
+  V2d square_point(int cell, const V2d& within) const;
   V3d sample(const V2d& random) const;
   double pdf(const V3d& light) const;
 };
 
 /// A normal of the gloss's facets that the viewer sees (Heitz 2018, "Sampling the GGX Distribution of Visible
 /// Normals"), of widths (roughness, 1). Unit, in the frame (fibre, across, normal); view.z > 0.
-V3d visible_normal(const V3d& view, double roughness, const V2d& random);
+V3d sample_visible_normal(const V3d& view, double roughness, const V2d& random);
 
 /// The gloss of yarn (yarn_reflectance.h), for half vectors that the viewer sees.
 struct FibreGloss {
@@ -92,7 +92,7 @@ class LightSampler {
   const Fabric& fabric_;
   double level_;
   V2d coordinates_;
-  V2d uv_;  ///< place_of() them
+  V2d uv_;  ///< displaced_place() them
   V3f view_;
   std::array<std::vector<Part>, 2> parts_;
   std::vector<Floor> floors_;

@@ -35,8 +35,8 @@ void check_layer_part(const ExrReader& file, const FabricHeader& header, LayerKi
   if (index < 0) return sink.add(Code::fabric_part, name, "the part is missing");
   const ExrPart& part = file.parts()[index];
   check_size(part, header, sink);
-  if (!part.mipmapped) sink.add(Code::fabric_part, name, "is not tiled with mip levels");
-  if (!fits_a_part(kind, header.shape)) {
+  if (!part.has_mipmaps) sink.add(Code::fabric_part, name, "is not tiled with mip levels");
+  if (!fits_exr_part(kind, header.shape)) {
     return sink.add(Code::fabric_channel, name,
                     fmt::format("{} channels are needed; a part has {} at most",
                                 channel_count(kind, header.shape), ExrLimits{}.channels));
@@ -57,7 +57,7 @@ std::uint64_t pixel_memory(const ExrPart& part, int level) {
 /// Sets a layer of the level from its pixels; checks digest and values.
 void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHeader& header, LayerKind kind,
                   int level_index, FabricLevel& level, IssueSink& sink) {
-  const int entry = header.entry(kind, level_index);
+  const int entry = header.index_in_layer(kind, level_index);
   if (header.layer(kind)->digests[entry] != digest_of(part, pixels)) {
     sink.add(Code::fabric_digest, fmt::format("{}/level {}", part.name, level_index),
              "the pixels do not match the stored digest");
@@ -66,7 +66,7 @@ void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHead
   for (const int index : channel_indices(part, channel_names(kind, header.shape)))
     planes.push_back(&pixels.planes[index]);
   if (kind == LayerKind::products) level.pairs = header.layer(kind)->pairs[entry];
-  set_pixels(level, kind, header.shape, planes);
+  set_layer_pixels(level, kind, header.shape, planes);
   check_values(level, level_index, kind, header.shape, sink);
 }
 
@@ -77,7 +77,7 @@ std::string header_digest(const std::string& text, const std::vector<ExrPart>& p
   for (const ExrPart& part : parts) {
     all += '\n' + part.name;
     std::vector<std::string> channels;
-    for (const ExrChannel& c : part.channels) channels.push_back(c.name + (c.half ? " half" : " float"));
+    for (const ExrChannel& c : part.channels) channels.push_back(c.name + (c.is_half ? " half" : " float"));
     std::ranges::sort(channels);
     for (const std::string& c : channels) all += '\n' + c;
   }
@@ -108,7 +108,7 @@ std::optional<FabricReader> FabricReader::open(ExrReader file, const FabricLimit
     sink.add(Code::fabric_digest, names::attribute_digest,
              "does not match the attributes, part and channel names");
   }
-  if (first.name == names::part_preview && !first.mipmapped) {
+  if (first.name == names::part_preview && !first.has_mipmaps) {
     check_size(first, *header, sink);
   } else {
     sink.add(Code::fabric_part, names::part_preview, "the first part is not a preview in scanlines");
@@ -143,7 +143,7 @@ Result<FabricReader> FabricReader::open(std::span<const std::uint8_t> bytes, con
   return first_error_of(ExrReader::open(bytes, name, exr_limits(limits)), limits);
 }
 
-std::uint64_t FabricReader::memory() const {
+std::uint64_t FabricReader::peak_memory_bytes() const {
   std::uint64_t kept = 0;
   std::uint64_t largest = 0;
   for_each_side(header_, [&](const FabricHeader& side) {
@@ -153,7 +153,7 @@ std::uint64_t FabricReader::memory() const {
       const bool spread = kind == LayerKind::bases || kind == LayerKind::yarns || kind == LayerKind::indirect;
       const std::uint64_t copies = spread ? 3 : kind == LayerKind::opacity ? 2 : 1;
       for (int k = 0; part >= 0 && k < header_.levels; ++k) {
-        if (!side.has(kind, spread ? k : side.level_of_texels(k))) continue;
+        if (!side.has(kind, spread ? k : side.texel_level(k))) continue;
         const std::uint64_t bytes = pixel_memory(file_.parts()[part], k);
         kept += copies * bytes;
         largest = std::max(largest, bytes);
@@ -164,14 +164,14 @@ std::uint64_t FabricReader::memory() const {
 }
 
 std::uint64_t FabricReader::packed_bytes(LayerKind kind, int level, Side side) const {
-  const FabricHeader* const header = header_.side_of(side);
+  const FabricHeader* const header = header_.find_side(side);
   if (header == nullptr || !header->has(kind, level)) return 0;
   return file_.packed_bytes(file_.find_part(part_name(kind, side)), level);
 }
 
 bool FabricReader::is_half(LayerKind kind, Side side) const {
   const int part = file_.find_part(part_name(kind, side));
-  return part >= 0 && std::ranges::any_of(file_.parts()[part].channels, &ExrChannel::half);
+  return part >= 0 && std::ranges::any_of(file_.parts()[part].channels, &ExrChannel::is_half);
 }
 
 /// The levels' own layers, and the bases.
@@ -198,8 +198,8 @@ Fabric FabricReader::read_side(const FabricHeader& side, IssueSink& sink) {
 }
 
 std::optional<Fabric> FabricReader::read(IssueSink& sink) {
-  if (memory() > memory_) {
-    sink.add(beyond_memory(name(), "", "the values of the fabric", memory_));
+  if (peak_memory_bytes() > memory_) {
+    sink.add(memory_limit_error(name(), "", "the values of the fabric", memory_));
     return std::nullopt;
   }
   Fabric fabric = read_side(header_, sink);
@@ -207,13 +207,14 @@ std::optional<Fabric> FabricReader::read(IssueSink& sink) {
   for (const FabricHeader& side : header_.sides) others.push_back(read_side(side, sink));
   if (sink.has_error()) return std::nullopt;
   if (header_.layer(LayerKind::yarns))
-    restore_yarns(fabric.levels.front(), header_.shape, header_.period_mm, memory_ - memory(), sink);
+    restore_yarns(fabric.levels.front(), header_.shape, header_.period_mm, memory_ - peak_memory_bytes(),
+                  sink);
   if (sink.has_error()) return std::nullopt;
   for (std::size_t s = 0; s < others.size(); ++s) {
     restore_light_through(fabric.levels.front(), others[s].levels.front());
     for (int k = 0; k < header_.levels; ++k) {
-      const int shown = header_.sides[s].level_of_texels(k);
-      if (shown > k) others[s].levels[k].take_texels(others[s].levels[shown], shown - k);
+      const int shown = header_.sides[s].texel_level(k);
+      if (shown > k) others[s].levels[k].copy_texels(others[s].levels[shown], shown - k);
     }
     fabric.add_side(std::move(others[s]));
   }

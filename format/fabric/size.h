@@ -7,6 +7,6 @@ namespace selvedge {
 
 /// Size of the file that write_fabric() makes. Refuses an invalid fabric, but not values beyond the
 /// precision.
-Result<std::uint64_t> fabric_bytes(const Fabric& fabric, const FabricWriteOptions& options = {});
+Result<std::uint64_t> fabric_file_bytes(const Fabric& fabric, const FabricWriteOptions& options = {});
 
 }  // namespace selvedge

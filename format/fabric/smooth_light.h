@@ -11,10 +11,10 @@
 namespace selvedge {
 
 /// 1, x, y, z, xy, xz, yz, x^2 - y^2, 3 z^2 - 1 of a unit direction. Orthogonal over the sphere.
-inline constexpr int smooth_functions = 9;
+inline constexpr int smooth_function_count = 9;
 
 template <class T>
-constexpr std::array<T, smooth_functions> smooth_basis(const T& x, const T& y, const T& z) {
+constexpr std::array<T, smooth_function_count> smooth_basis(const T& x, const T& y, const T& z) {
   return {T(1), x, y, z, x * y, x * z, y * z, x * x - y * y, T(3) * z * z - T(1)};
 }
 
@@ -22,25 +22,25 @@ constexpr std::array<T, smooth_functions> smooth_basis(const T& x, const T& y, c
 constexpr bool is_odd_in_z(std::size_t function) { return function == 3 || function == 5 || function == 6; }
 
 /// Integrals of the functions' squares over the sphere.
-inline constexpr std::array<double, smooth_functions> smooth_norms = [] {
+inline constexpr std::array<double, smooth_function_count> smooth_norms = [] {
   constexpr double sphere = 4 * std::numbers::pi;
-  std::array<double, smooth_functions> norms{sphere,      sphere / 3,      sphere / 3,
-                                             sphere / 3,  sphere / 15,     sphere / 15,
-                                             sphere / 15, sphere * 4 / 15, sphere * 4 / 5};
+  std::array<double, smooth_function_count> norms{sphere,      sphere / 3,      sphere / 3,
+                                                  sphere / 3,  sphere / 15,     sphere / 15,
+                                                  sphere / 15, sphere * 4 / 15, sphere * 4 / 5};
   return norms;
 }();
 
-/// Radiance sum_k factors[k] B_k(direction), linear RGB.
+/// Radiance sum_k coefficients[k] B_k(direction), linear RGB.
 struct SmoothLight {
-  std::array<V3f, smooth_functions> factors;
-  SmoothLight() { factors.fill(V3f(0, 0, 0)); }
+  std::array<V3f, smooth_function_count> coefficients;
+  SmoothLight() { coefficients.fill(V3f(0, 0, 0)); }
   bool operator==(const SmoothLight&) const = default;
 };
 
 /// In the plane z = 0.
 inline SmoothLight mirrored(SmoothLight light) {
-  for (std::size_t k = 0; k < smooth_functions; ++k) {
-    if (is_odd_in_z(k)) light.factors[k] = -light.factors[k];
+  for (std::size_t k = 0; k < smooth_function_count; ++k) {
+    if (is_odd_in_z(k)) light.coefficients[k] = -light.coefficients[k];
   }
   return light;
 }
@@ -48,8 +48,8 @@ inline SmoothLight mirrored(SmoothLight light) {
 /// One colour of a smooth light in other axes, three unit vectors at right angles of either hand: direction d
 /// of these axes is d.x x + d.y y + d.z z.
 template <class T, class Vec>
-constexpr std::array<T, smooth_functions> turned(const std::array<T, smooth_functions>& c, const Vec& x,
-                                                 const Vec& y, const Vec& z) {
+constexpr std::array<T, smooth_function_count> turned(const std::array<T, smooth_function_count>& c,
+                                                      const Vec& x, const Vec& y, const Vec& z) {
   // The part of degree 2 is d^T Q d.
   const T half(0.5F);
   const T xx = c[7] - c[8];
@@ -82,10 +82,10 @@ constexpr std::array<T, smooth_functions> turned(const std::array<T, smooth_func
 inline SmoothLight turned(const SmoothLight& light, const V3f& x, const V3f& y, const V3f& z) {
   SmoothLight result;
   for (int c = 0; c < 3; ++c) {
-    std::array<float, smooth_functions> colour{};
-    for (std::size_t k = 0; k < smooth_functions; ++k) colour[k] = light.factors[k][c];
+    std::array<float, smooth_function_count> colour{};
+    for (std::size_t k = 0; k < smooth_function_count; ++k) colour[k] = light.coefficients[k][c];
     colour = turned(colour, x, y, z);
-    for (std::size_t k = 0; k < smooth_functions; ++k) result.factors[k][c] = colour[k];
+    for (std::size_t k = 0; k < smooth_function_count; ++k) result.coefficients[k][c] = colour[k];
   }
   return result;
 }

@@ -14,7 +14,7 @@ struct LatticePlace {
   float part = 0;
 };
 
-LatticePlace rows_at(const YarnRuns& runs, int repeat, float within) {
+LatticePlace rows_at(const RowNoise& runs, int repeat, float within) {
   const float x = within * static_cast<float>(runs.rows) + runs.offset;
   const float whole = std::floor(x);
   return {static_cast<std::uint32_t>(repeat) * static_cast<std::uint32_t>(runs.rows) +
@@ -22,7 +22,7 @@ LatticePlace rows_at(const YarnRuns& runs, int repeat, float within) {
           x - whole};
 }
 
-LatticePlace lengths_at(const YarnRuns& runs, int repeat, float within) {
+LatticePlace lengths_at(const RowNoise& runs, int repeat, float within) {
   const int repeats = 1 << runs.log2_repeats;
   const float x = (static_cast<float>(repeat & (repeats - 1)) + within) *
                   (static_cast<float>(runs.lengths) / static_cast<float>(repeats));
@@ -46,38 +46,39 @@ float noise_at(std::uint32_t key, const LatticePlace& row, const LatticePlace& l
     const std::uint32_t bits = strand_hash(key + number);
     return along.noise(strand_hash(bits + length.whole), strand_hash(bits + length.whole + 1), 0);
   };
-  return across.here * of_row(row.whole) + across.next * of_row(row.whole + 1);
+  return across.current_weight * of_row(row.whole) + across.next_weight * of_row(row.whole + 1);
 }
 
 float factor_of(const Variation& variation, std::size_t axis, const RepeatPlace& place,
                 const VariationFade& fade) {
-  const YarnRuns& runs = variation.runs[axis];
-  if (!(runs.change > 0)) return 1;
+  const RowNoise& runs = variation.row_brightness[axis];
+  if (!(runs.amplitude > 0)) return 1;
   const int along = static_cast<int>(axis);
-  const LatticePlace row = rows_at(runs, place.repeat[1 - along], place.within[1 - along]);
-  const LatticePlace length = lengths_at(runs, place.repeat[along], place.within[along]);
+  const LatticePlace row = rows_at(runs, place.repeat[1 - along], place.fraction[1 - along]);
+  const LatticePlace length = lengths_at(runs, place.repeat[along], place.fraction[along]);
   const auto lattice = static_cast<std::uint32_t>(2 * axis);
   LatticePlace sharp = row;
-  sharp.part = std::clamp((row.part - 0.5F) / (2 * row_border) + 0.5F, 0.0F, 1.0F);
+  sharp.part = std::clamp((row.part - 0.5F) / (2 * row_blend_half_width) + 0.5F, 0.0F, 1.0F);
   const float single = noise_at(variation_key(variation.seed, lattice), sharp, length);
   const float area = noise_at(variation_key(variation.seed, lattice + 1), of_areas(row, log2_area_rows),
                               of_areas(length, log2_area_lengths));
-  const float sum = runs.change * (fade[lattice] * single + change_of_areas * fade[lattice + 1] * area);
+  const float sum =
+      runs.amplitude * (fade[lattice] * single + area_amplitude_ratio * fade[lattice + 1] * area);
   return std::clamp(1 + sum, 0.0F, 2.0F);
 }
 
-YarnRuns with_lengths(float period) {
-  YarnRuns runs;
-  const double lengths = static_cast<double>(period) / static_cast<double>(mm_of_length);
-  runs.lengths = std::clamp(static_cast<int>(std::lround(std::min(lengths, 1e6))), 1, max_lengths);
+RowNoise with_lengths(float period) {
+  RowNoise runs;
+  const double lengths = static_cast<double>(period) / static_cast<double>(noise_length_mm);
+  runs.lengths = std::clamp(static_cast<int>(std::lround(std::min(lengths, 1e6))), 1, max_noise_lengths);
   runs.log2_repeats = std::clamp(static_cast<int>(std::lround(-std::log2(lengths))), 0, max_log2_repeats);
   return runs;
 }
 
 }  // namespace
 
-YarnRuns runs_of(const YarnData& yarns, const V2f& period, int axis) {
-  YarnRuns runs = with_lengths(period[axis]);
+RowNoise runs_of(const YarnData& yarns, const V2f& period, int axis) {
+  RowNoise runs = with_lengths(period[axis]);
   float squares = 0;
   int curves = 0;
   for_each_curve(yarns, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
@@ -90,31 +91,33 @@ YarnRuns runs_of(const YarnData& yarns, const V2f& period, int axis) {
     }
     ++curves;
     runs.rows += std::abs(curve.turns[axis]);
-    squares += curve.strands.change * curve.strands.change;
+    squares += curve.strands.row_variation * curve.strands.row_variation;
   });
   if (curves == 0) return {};
   // Rows are counted from the middle of the first one.
   runs.offset *= -static_cast<float>(runs.rows);
   runs.offset -= std::floor(runs.offset);
   if (!(runs.offset < 1)) runs.offset = 0;
-  runs.change = std::sqrt(squares / static_cast<float>(curves));
+  runs.amplitude = std::sqrt(squares / static_cast<float>(curves));
   return runs;
 }
 
 namespace {
 
 /// Wales of a knit are as wide as its rows are high.
-YarnRuns places_of(const Yarns& yarns, const std::array<YarnRuns, 2>& runs, std::size_t axis) {
-  YarnRuns result = runs[axis];
-  const YarnRuns& other = runs[1 - axis];
+RowNoise places_of(const Yarns& yarns, const std::array<RowNoise, 2>& runs, std::size_t axis) {
+  RowNoise result = runs[axis];
+  const RowNoise& other = runs[1 - axis];
   if (result.rows == 0) {
     const auto along = static_cast<int>(axis);
     const float wales = static_cast<float>(other.rows) * yarns.period()[1 - along] / yarns.period()[along];
     result = with_lengths(yarns.period()[along]);
-    result.rows = static_cast<int>(std::clamp(std::round(wales), 1.0F, static_cast<float>(max_lengths)));
-    result.change = other.change;
+    result.rows =
+        static_cast<int>(std::clamp(std::round(wales), 1.0F, static_cast<float>(max_noise_lengths)));
+    result.amplitude = other.amplitude;
   }
-  result.change = std::min(max_way, way_of_change * result.change) / static_cast<float>(result.rows);
+  result.amplitude =
+      std::min(max_row_offset, offset_per_amplitude * result.amplitude) / static_cast<float>(result.rows);
   return result;
 }
 
@@ -128,13 +131,14 @@ bool runs_along_v(const YarnCurve& curve, const V2f& period) {
 Variation variation_of(const Yarns& yarns) {
   Variation variation;
   variation.seed = static_cast<std::uint32_t>(yarns.data().curves.front().strands.seed);
-  variation.runs = {runs_of(yarns.data(), yarns.period(), 0), runs_of(yarns.data(), yarns.period(), 1)};
+  variation.row_brightness = {runs_of(yarns.data(), yarns.period(), 0),
+                              runs_of(yarns.data(), yarns.period(), 1)};
   if (!variation.varies()) return variation;
   for (std::size_t axis = 0; axis < 2; ++axis)
-    variation.places[axis] = places_of(yarns, variation.runs, axis);
-  if (variation.runs[1].rows == 0) return variation;
-  if (variation.runs[0].rows == 0) {
-    variation.fraction = 1;
+    variation.row_offsets[axis] = places_of(yarns, variation.row_brightness, axis);
+  if (variation.row_brightness[1].rows == 0) return variation;
+  if (variation.row_brightness[0].rows == 0) {
+    variation.along_v_fraction = 1;
     return variation;
   }
   constexpr int side = 32;
@@ -146,10 +150,10 @@ Variation variation_of(const Yarns& yarns) {
     const auto hit = yarns.trace(uv, 0, V3f(0, 0, 1));
     if (!hit) continue;
     ++seen;
-    const int curve = yarns.inside().segments[hit->segment].curve;
+    const int curve = yarns.geometry().segments[hit->segment].curve;
     along_v += runs_along_v(yarns.data().curves[curve], yarns.period()) ? 1 : 0;
   }
-  if (seen > 0) variation.fraction = static_cast<float>(along_v) / static_cast<float>(seen);
+  if (seen > 0) variation.along_v_fraction = static_cast<float>(along_v) / static_cast<float>(seen);
   return variation;
 }
 
@@ -157,50 +161,50 @@ RepeatPlace repeat_place(const V2d& uv) {
   RepeatPlace place;
   for (int k = 0; k < 2; ++k) {
     const double whole = std::floor(uv[k]);
-    constexpr auto most = static_cast<double>(max_repeat);
+    constexpr auto most = static_cast<double>(max_repeat_index);
     place.repeat[k] = static_cast<int>(std::clamp(whole, -most, most));
-    place.within[k] = static_cast<float>(uv[k] - whole);
+    place.fraction[k] = static_cast<float>(uv[k] - whole);
   }
   return place;
 }
 
-RepeatPlace place_of(const Variation& variation, const RepeatPlace& place, float fraction) {
+RepeatPlace displaced_place(const Variation& variation, const RepeatPlace& place, float fraction) {
   RepeatPlace result = place;
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    const YarnRuns& runs = variation.places[axis];
-    if (!(runs.change > 0)) continue;
+    const RowNoise& runs = variation.row_offsets[axis];
+    if (!(runs.amplitude > 0)) continue;
     const int along = static_cast<int>(axis);
     const int across = 1 - along;
-    const auto lattice = lattice_of_places + static_cast<std::uint32_t>(axis);
+    const auto lattice = first_offset_lattice + static_cast<std::uint32_t>(axis);
     const float moved =
-        place.within[across] + fraction * runs.change *
-                                   noise_at(variation_key(variation.seed, lattice),
-                                            rows_at(runs, place.repeat[across], place.within[across]),
-                                            lengths_at(runs, place.repeat[along], place.within[along]));
+        place.fraction[across] + fraction * runs.amplitude *
+                                     noise_at(variation_key(variation.seed, lattice),
+                                              rows_at(runs, place.repeat[across], place.fraction[across]),
+                                              lengths_at(runs, place.repeat[along], place.fraction[along]));
     const float whole = std::floor(moved);
     result.repeat[across] =
-        std::clamp(place.repeat[across] + static_cast<int>(whole), -max_repeat, max_repeat);
-    result.within[across] = moved - whole;
+        std::clamp(place.repeat[across] + static_cast<int>(whole), -max_repeat_index, max_repeat_index);
+    result.fraction[across] = moved - whole;
   }
   return result;
 }
 
-V2d place_of(const Variation& variation, const V2d& uv) {
+V2d displaced_place(const Variation& variation, const V2d& uv) {
   if (!variation.varies()) return uv;
   const RepeatPlace place = repeat_place(uv);
-  const RepeatPlace moved = place_of(variation, place);
+  const RepeatPlace moved = displaced_place(variation, place);
   const V2d whole(std::floor(uv.x), std::floor(uv.y));
-  return whole + V2d(moved.repeat - place.repeat) + V2d(moved.within);
+  return whole + V2d(moved.repeat - place.repeat) + V2d(moved.fraction);
 }
 
 float offset_weight(const VariationFade& fade) {
   return std::clamp(4 * std::min(fade[0], fade[2]) - 1, 0.0F, 1.0F);
 }
 
-VariationFade fade_of(const Variation& variation, const V2f& pixel) {
+VariationFade variation_fade(const Variation& variation, const V2f& pixel) {
   VariationFade fade = no_fade;
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    const YarnRuns& runs = variation.runs[axis];
+    const RowNoise& runs = variation.row_brightness[axis];
     const int along = static_cast<int>(axis);
     const float rows = pixel[1 - along] * static_cast<float>(runs.rows);
     const float lengths =

@@ -1,6 +1,6 @@
 // Variation of cloth beyond its repeat (spec/brdf.md, "Variation"): rows of yarn, and lengths along them, are
 // brighter and darker than the repeat's mean, thicker and thinner, and off their places. It follows from the
-// yarn's YarnStrands::change and from the whole numbers of repeats, by integers of 32 bits.
+// yarn's YarnStrands::row_variation and from the whole numbers of repeats, by integers of 32 bits.
 #pragma once
 
 #include <array>
@@ -17,69 +17,69 @@ class Yarns;
 struct YarnCurve;
 
 /// The yarn of a fabric that runs along u, or along v.
-struct YarnRuns {
+struct RowNoise {
   int rows = 0;          ///< side by side in a repeat; 0: no such yarn
   int lengths = 1;       ///< over which a row changes, in 2^log2_repeats repeats
   int log2_repeats = 0;  ///< 0 unless lengths is 1
   float offset = 0;      ///< of the middle of a row from whole numbers of rows, in [0, 1)
-  float change = 0;      ///< of single rows, root mean square, relative
+  float amplitude = 0;   ///< of single rows, root mean square, relative
 };
 
 struct Variation {
   std::uint32_t seed = 0;
-  std::array<YarnRuns, 2> runs;  ///< along u, along v
+  std::array<RowNoise, 2> row_brightness;  ///< along u, along v
   /// The rows that leave their places, of knits also wales; their change is the way, in repeats.
-  std::array<YarnRuns, 2> places;
-  float fraction = 0;  ///< of yarn along v in the cloth seen from above
-  bool varies() const { return runs[0].change > 0 || runs[1].change > 0; }
+  std::array<RowNoise, 2> row_offsets;
+  float along_v_fraction = 0;  ///< of yarn along v in the cloth seen from above
+  bool varies() const { return row_brightness[0].amplitude > 0 || row_brightness[1].amplitude > 0; }
 };
 
-inline constexpr float change_of_areas = 0.25F;  ///< over the change of single rows
-inline constexpr float way_of_change = 0.5F;     ///< of a row from its place, in rows
-inline constexpr float max_way = 0.1F;           ///< in rows
+inline constexpr float area_amplitude_ratio = 0.25F;  ///< over the change of single rows
+inline constexpr float offset_per_amplitude = 0.5F;   ///< of a row from its place, in rows
+inline constexpr float max_row_offset = 0.1F;         ///< in rows
 inline constexpr int log2_area_rows = 3;
 inline constexpr int log2_area_lengths = 2;
-inline constexpr float mm_of_length = 8;
-inline constexpr float row_border = 0.375F;  ///< half the width in which rows blend, in rows
+inline constexpr float noise_length_mm = 8;
+inline constexpr float row_blend_half_width = 0.375F;  ///< half the width in which rows blend, in rows
 inline constexpr int max_log2_repeats = 12;
-inline constexpr int max_lengths = 4096;
+inline constexpr int max_noise_lengths = 4096;
 /// Whole numbers of repeats beyond these count as these.
-inline constexpr int max_repeat = 1 << 30;
+inline constexpr int max_repeat_index = 1 << 30;
 
 /// Whether a curve counts as yarn along v.
 bool runs_along_v(const YarnCurve& curve, const V2f& period);
 /// The rows along an axis.
-YarnRuns runs_of(const YarnData& yarns, const V2f& period, int axis);
+RowNoise runs_of(const YarnData& yarns, const V2f& period, int axis);
 Variation variation_of(const Yarns& yarns);
 
 /// Texture coordinates as whole repeats and the place within them, in [0, 1).
 struct RepeatPlace {
   V2i repeat{0, 0};
-  V2f within{0, 0};
+  V2f fraction{0, 0};
 };
 RepeatPlace repeat_place(const V2d& uv);
 
 /// Where the fabric is looked up: texture coordinates with the way of their rows. `fraction` of it, in [0,
 /// 1].
-RepeatPlace place_of(const Variation& variation, const RepeatPlace& place, float fraction = 1);
-V2d place_of(const Variation& variation, const V2d& uv);
+RepeatPlace displaced_place(const Variation& variation, const RepeatPlace& place, float fraction = 1);
+V2d displaced_place(const Variation& variation, const V2d& uv);
 
 /// Fractions of the changes that remain where one pixel shows `pixel` repeats along u and v: of single rows
 /// along u, of areas, and both along v.
 using VariationFade = Group;
 inline constexpr VariationFade no_fade{1, 1, 1, 1};
-VariationFade fade_of(const Variation& variation, const V2f& pixel);
+VariationFade variation_fade(const Variation& variation, const V2f& pixel);
 
 /// Fraction of the way, without which far rows would flicker.
 float offset_weight(const VariationFade& fade);
 
-/// The factor of the radiance at place_of(), in [0, 2]. `along_v`: fraction of yarn along v.
+/// The factor of the radiance at displaced_place(), in [0, 2]. `along_v`: fraction of yarn along v.
 float variation_at(const Variation& variation, const RepeatPlace& place, float along_v,
                    const VariationFade& fade = no_fade);
 
 /// Numbers of the lattices of changes: rows along u, areas, rows along v, areas; then the places of rows
 /// along u, and along v.
-inline constexpr std::uint32_t lattice_of_places = 4;
+inline constexpr std::uint32_t first_offset_lattice = 4;
 constexpr std::uint32_t variation_key(std::uint32_t seed, std::uint32_t lattice) {
   return strand_hash(strand_hash(seed) + lattice);
 }

@@ -16,11 +16,12 @@ namespace {
 
 /// Whether the file has the layer at a level; the bases are at level 0.
 bool is_stored(const Fabric& fabric, LayerKind kind, int k) {
-  if (!layers_of(fabric.side).contains(kind)) return false;
+  if (!side_layers(fabric.side).contains(kind)) return false;
   // The last level of a file has no coarser one.
-  const bool left_out = fabric.levels[k].of_coarser && k + 1 < static_cast<int>(fabric.levels.size());
+  const bool left_out =
+      fabric.levels[k].copied_from_coarser && k + 1 < static_cast<int>(fabric.levels.size());
   if (left_out && kind != LayerKind::bases && kind != LayerKind::indirect) return false;
-  return kind == LayerKind::bases ? k == 0 && bases_of(fabric) != nullptr : fabric.levels[k].has(kind);
+  return kind == LayerKind::bases ? k == 0 && shared_bases(fabric) != nullptr : fabric.levels[k].has(kind);
 }
 
 ExrPart new_part(const Fabric& fabric, const std::string& name) {
@@ -35,10 +36,10 @@ ExrPart new_part(const Fabric& fabric, const std::string& name) {
 ExrPart data_part(const Fabric& fabric, LayerKind kind, const LayerShape& shape,
                   const FabricWriteOptions& options) {
   ExrPart part = new_part(fabric, part_name(kind, shape.side));
-  part.mipmapped = true;
+  part.has_mipmaps = true;
   part.levels = level_count(part.width, part.height);
   for (const std::string& channel : channel_names(kind, shape)) {
-    part.channels.push_back({channel, options.half.contains(kind)});
+    part.channels.push_back({channel, options.half_layers.contains(kind)});
   }
   return part;
 }
@@ -93,13 +94,13 @@ ExrPixels preview_of(const FabricLevel& level, const FabricInfo& info) {
 ExrPixels pixels_at(const Fabric& fabric, LayerKind kind, const LayerShape& shape, int level) {
   const bool bases = kind == LayerKind::bases;
   if (!bases && level < static_cast<int>(fabric.levels.size()) && is_stored(fabric, kind, level)) {
-    return pixels_of(fabric.levels[level], kind, shape);
+    return layer_pixels(fabric.levels[level], kind, shape);
   }
   FabricLevel stored;
   stored.width = level_size(fabric.texels().x, level);
   stored.height = level_size(fabric.texels().y, level);
-  if (bases && level == 0) stored.bases = bases_of(fabric);
-  return pixels_of(stored, kind, shape);
+  if (bases && level == 0) stored.bases = shared_bases(fabric);
+  return layer_pixels(stored, kind, shape);
 }
 
 /// A layer of a side, which is a part of the file.
@@ -131,7 +132,7 @@ Result<FabricHeader> add_side(const Fabric& side, const YarnCounts& yarns, const
     bool stored = false;
     for (int k = 0; k < header.levels; ++k) stored = stored || is_stored(side, kind, k);
     if (!stored) continue;
-    if (!fits_a_part(kind, shape)) {
+    if (!fits_exr_part(kind, shape)) {
       return fail(Code::fabric_malformed, {}, part_name(kind, side.side),
                   fmt::format("{} channels; a part has {} at most", channel_count(kind, shape),
                               ExrLimits{}.channels));
@@ -170,7 +171,7 @@ Result<FabricParts> FabricParts::plan(const std::string& path, const Fabric& fab
   FabricHeader header;
   FabricParts result{{preview_part(fabric)}, {}, {}};
   for (const Side side : all_sides) {
-    const Fabric* const sided = side == Side::front ? &fabric : fabric.side_of(side);
+    const Fabric* const sided = side == Side::front ? &fabric : fabric.find_side(side);
     if (sided == nullptr) continue;
     auto added = add_side(*sided, shape_of(fabric).yarns, options, result.parts, result.layers);
     if (!added) return failed(added.error());
@@ -186,7 +187,7 @@ Result<FabricParts> FabricParts::plan(const std::string& path, const Fabric& fab
   auto& attributes = result.parts.front().attributes;
   attributes[names::attribute_fabric] = text;
   attributes[names::attribute_digest] = digest;
-  result.preview = preview_of(as_stored(fabric.levels.front(), options.half), fabric);
+  result.preview = preview_of(as_stored(fabric.levels.front(), options.half_layers), fabric);
   return result;
 }
 
@@ -198,8 +199,8 @@ Fabric as_stored(const Fabric& fabric, const LayerSet& half) {
   for (auto& other : result.sides) {
     if (other) other = std::make_shared<const Fabric>(as_stored(*other, half));
   }
-  if (!half.contains(LayerKind::bases) || !bases_of(fabric)) return result;
-  ProductBases rounded = *bases_of(fabric);
+  if (!half.contains(LayerKind::bases) || !shared_bases(fabric)) return result;
+  ProductBases rounded = *shared_bases(fabric);
   round_to_half(rounded.view);
   for (V3f& psi : rounded.light) round_to_half({&psi.x, 3});
   const auto bases = std::make_shared<const ProductBases>(std::move(rounded));
@@ -209,7 +210,7 @@ Fabric as_stored(const Fabric& fabric, const LayerSet& half) {
   return result;
 }
 
-Result<std::uint64_t> fabric_bytes(const Fabric& fabric, const FabricWriteOptions& options) {
+Result<std::uint64_t> fabric_file_bytes(const Fabric& fabric, const FabricWriteOptions& options) {
   const auto planned = FabricParts::plan({}, fabric, options);
   if (!planned) return tl::unexpected(planned.error());
   return exr_file_bytes(planned->parts, [&](int part, int level) { return planned->pixels(part, level); });

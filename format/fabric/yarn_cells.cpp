@@ -28,7 +28,9 @@ CellSizes sizes_of(double radius, const V2f& period_mm) {
 }
 
 /// How far from its axis a segment reaches.
-double reach_of(const Yarns::Segment& s) { return 1.001 * static_cast<double>(s.wide(s.reach)); }
+double reach_of(const Yarns::Segment& s) {
+  return 1.001 * static_cast<double>(s.half_width(s.bounding_radius));
+}
 
 /// A segment in a cell, and what is added to its place there, mm.
 struct Copy {
@@ -68,8 +70,8 @@ void for_each_cell(const Yarns::Segment& s, const CellSizes& sizes, const Add& a
 
 Yarns::Block empty_block() {
   Yarns::Block block{};
-  block.low = std::numeric_limits<float>::max();
-  block.high = std::numeric_limits<float>::lowest();
+  block.min_z = std::numeric_limits<float>::max();
+  block.max_z = std::numeric_limits<float>::lowest();
   return block;
 }
 
@@ -88,19 +90,19 @@ void put(const Yarns::Segment& s, const Copy& copy, const V2d& middle, std::size
     block.squeeze[k][lane] = s.squeeze[k];
   }
   block.length[lane] = along.length();
-  block.reach[lane] = s.reach;
+  block.bounding_radius[lane] = s.bounding_radius;
   block.radius[lane] = s.radius;
-  block.rank[lane] = s.rank;
+  block.hair_threshold[lane] = s.hair_threshold;
   block.segment[lane] = copy.segment;
-  block.empty_for = std::max(block.empty_for, empty_for(s));
-  block.flat |= s.squeeze != V3f(0, 0, 0);
-  block.low = std::min(block.low, std::min(s.start.z, s.start.z + s.along.z) - s.tall());
-  block.high = std::max(block.high, std::max(s.start.z, s.start.z + s.along.z) + s.tall());
+  block.min_empty_width = std::max(block.min_empty_width, min_empty_width(s));
+  block.has_flat_segment |= s.squeeze != V3f(0, 0, 0);
+  block.min_z = std::min(block.min_z, std::min(s.start.z, s.start.z + s.along.z) - s.half_height());
+  block.max_z = std::max(block.max_z, std::max(s.start.z, s.start.z + s.along.z) + s.half_height());
 }
 
 }  // namespace
 
-double memory_of(const YarnData& data, const V2f& period) {
+double yarn_memory_bytes(const YarnData& data, const V2f& period) {
   constexpr double bytes_per_node = 512;
   constexpr double bytes_per_cell = 512;   // with a block that is not full
   constexpr double bytes_per_entry = 256;  // with the time that sorting takes: 16 million in 4 GiB
@@ -109,8 +111,8 @@ double memory_of(const YarnData& data, const V2f& period) {
   double radius = 0;
   for (const YarnCurve& c : data.curves) {
     count += static_cast<double>(segment_count(c));
-    hairs += static_cast<double>(std::abs(c.hairs.count)) * (hair_points - 1);
-    radius += static_cast<double>(segment_count(c)) * static_cast<double>(radius_of_plies(c));
+    hairs += static_cast<double>(std::abs(c.hairs.count)) * (hair_point_count - 1);
+    radius += static_cast<double>(segment_count(c)) * static_cast<double>(ply_or_yarn_radius(c));
   }
   radius /= count;
   const CellSizes sizes = sizes_of(radius, period);
@@ -134,9 +136,9 @@ Yarns::Grid Yarns::placed_in_cells() const {
   double radius = 0;  // mean over the segments but hairs
   double count = 0;
   for (const Segment& s : segments_) {
-    if (s.rank > 0) continue;
-    // As memory_of() has it: of flat yarn, the radius of a round one with the same area.
-    radius += std::sqrt(static_cast<double>(s.radius) * static_cast<double>(s.wide(s.radius)));
+    if (s.hair_threshold > 0) continue;
+    // As yarn_memory_bytes() has it: of flat yarn, the radius of a round one with the same area.
+    radius += std::sqrt(static_cast<double>(s.radius) * static_cast<double>(s.half_width(s.radius)));
     ++count;
   }
   radius /= count;
@@ -155,7 +157,7 @@ Yarns::Grid Yarns::placed_in_cells() const {
     });
   }
   std::size_t blocks = 0;
-  for (const auto& list : lists) blocks += (list.size() + yarn_block - 1) / yarn_block;
+  for (const auto& list : lists) blocks += (list.size() + yarn_block_size - 1) / yarn_block_size;
   grid.blocks.reserve(blocks);
   grid.cells.reserve(lists.size());
   for (int y = 0; y < cells.y; ++y) {
@@ -165,19 +167,20 @@ Yarns::Grid Yarns::placed_in_cells() const {
       // them by.
       std::ranges::stable_sort(list, {}, [&](const Copy& c) {
         const Segment& s = segments_[c.segment];
-        return std::pair(s.rank > 0 ? std::max(-3, std::ilogb(s.rank)) : -4, -2 * s.start.z - s.along.z);
+        return std::pair(s.hair_threshold > 0 ? std::max(-3, std::ilogb(s.hair_threshold)) : -4,
+                         -2 * s.start.z - s.along.z);
       });
       Cell placed{static_cast<std::uint32_t>(grid.blocks.size()), 0, std::numeric_limits<float>::max(),
                   std::numeric_limits<float>::lowest()};
       const V2d middle((x + 0.5) * sizes.cell.x, (y + 0.5) * sizes.cell.y);
       for (std::size_t i = 0; i < list.size(); ++i) {
-        if (i % yarn_block == 0) grid.blocks.push_back(empty_block());
+        if (i % yarn_block_size == 0) grid.blocks.push_back(empty_block());
         Block& block = grid.blocks.back();
-        put(segments_[list[i].segment], list[i], middle, i % yarn_block, block);
-        placed.low = std::min(placed.low, block.low);
-        placed.high = std::max(placed.high, block.high);
+        put(segments_[list[i].segment], list[i], middle, i % yarn_block_size, block);
+        placed.min_z = std::min(placed.min_z, block.min_z);
+        placed.max_z = std::max(placed.max_z, block.max_z);
       }
-      placed.blocks = static_cast<std::uint32_t>(grid.blocks.size()) - placed.first;
+      placed.block_count = static_cast<std::uint32_t>(grid.blocks.size()) - placed.first_block;
       grid.cells.push_back(placed);
     }
   }

@@ -12,7 +12,7 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr int pieces = hair_points - 1;
+constexpr int pieces = hair_point_count - 1;
 /// The meaning of the numbers of a hair; their places in its formula.
 enum Drawn { at_fraction, at_ply, at_angle, of_length, of_loop, a, b, c, d, e, f };
 
@@ -47,13 +47,13 @@ V3d mix(const std::array<V3f, 2>& ends, double fraction) {
 
 }  // namespace
 
-std::array<V3d, hair_points> hair_shape(const YarnHairs& hairs, std::uint32_t hashed_seed, int hair) {
+std::array<V3d, hair_point_count> hair_shape(const YarnHairs& hairs, std::uint32_t hashed_seed, int hair) {
   const auto drawn = [&](Drawn k) { return number(hashed_seed, hair, k); };
-  const double length =
-      -static_cast<double>(hairs.length) * std::log1p(drawn(of_length) * std::expm1(-max_hair));
-  std::array<V3d, hair_points> points;
+  const double length = -static_cast<double>(hairs.mean_length) *
+                        std::log1p(drawn(of_length) * std::expm1(-max_hair_length_ratio));
+  std::array<V3d, hair_point_count> points;
   points.fill(V3d(0, 0, 0));
-  if (drawn(of_loop) < static_cast<double>(hairs.loops)) {
+  if (drawn(of_loop) < static_cast<double>(hairs.loop_fraction)) {
     // A bow with both ends on the surface: half an ellipse of this width and height is about as long.
     const double lean = (drawn(a) - 0.5) * pi / 2;
     const double width = length * (0.3 + 0.2 * drawn(b));
@@ -79,8 +79,8 @@ std::array<V3d, hair_points> hair_shape(const YarnHairs& hairs, std::uint32_t ha
   return points;
 }
 
-std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
-                               std::span<const Yarns::Segment> chain) {
+std::vector<YarnHair> make_hairs(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
+                                 std::span<const Yarns::Segment> chain) {
   std::vector<YarnHair> hairs;
   const int count = std::abs(curve.hairs.count);
   if (count == 0) return hairs;
@@ -90,7 +90,7 @@ std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> node
   // Yarn turned over has the hairs that it had, in a mirror: its plies count the other way round, and angles
   // count from the mirrored direction.
   const bool over = curve.hairs.count < 0;
-  const bool sideways = over && counts_from_the_side(curve, nodes, period);
+  const bool sideways = over && angles_from_x_axis(curve, nodes, period);
   const V2d sense(over && !sideways ? -1 : 1, over && sideways ? -1 : 1);
   hairs.reserve(count);
   for (int h = 0; h < count; ++h) {
@@ -114,18 +114,18 @@ std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> node
     const V3d squeeze(s.squeeze);
     hair.normal = squeezed(round, squeeze).normalized();
     hair.station = static_cast<float>(station);
-    const V3d out = mix(s.out, part);
-    hair.light = V3f(V3d(turned.x, turned.y, round.dot(out)));
-    hair.side = V2f(V2d(out.dot(across), out.dot(tangent.cross(across))));
+    const V3d out = mix(s.axis_to_ply, part);
+    hair.root_angle = V3f(V3d(turned.x, turned.y, round.dot(out)));
+    hair.ply_side = V2f(V2d(out.dot(across), out.dot(tangent.cross(across))));
     const V3d fibre =
         stretched(tangent + tangent.cross(round) * static_cast<double>(curve.fibre_slope), squeeze)
             .normalized();
     const V3d beside = hair.normal.cross(fibre) * (sense.x * sense.y);
-    const double radius = static_cast<double>(radius_of_plies(curve)) *
-                          strand_swell(curve.strands, fraction, byte_of_thickness);
-    const V3d root = V3d(s.start) + stretched(off + round * thin_radius(radius, squeeze), squeeze);
+    const double radius = static_cast<double>(ply_or_yarn_radius(curve)) *
+                          strand_swell(curve.strands, fraction, thickness_noise_byte);
+    const V3d root = V3d(s.start) + stretched(off + round * round_section_radius(radius, squeeze), squeeze);
     const auto shape = hair_shape(curve.hairs, seed, h);
-    for (int k = 0; k < hair_points; ++k)
+    for (int k = 0; k < hair_point_count; ++k)
       hair.points[k] = root + fibre * shape[k].x + beside * shape[k].y + hair.normal * shape[k].z;
     hairs.push_back(hair);
   }
@@ -136,8 +136,8 @@ void append_segments_with_hairs(const YarnCurve& curve, std::span<const V3f> nod
                                 std::vector<Yarns::Segment>& segments) {
   const std::size_t first = segments.size();
   append_segments_of(curve, nodes, period, segments);
-  const std::vector<YarnHair> hairs = hairs_of(curve, nodes, period, std::span(segments).subspan(first));
-  const float radius = curve.hairs.radius * curve.hairs.kept;
+  const std::vector<YarnHair> hairs = make_hairs(curve, nodes, period, std::span(segments).subspan(first));
+  const float radius = curve.hairs.radius * curve.hairs.opacity;
   for (std::size_t h = 0; h < hairs.size(); ++h) {
     for (int k = 0; k < pieces; ++k) {
       Yarns::Segment s;
@@ -146,20 +146,20 @@ void append_segments_with_hairs(const YarnCurve& curve, std::span<const V3f> nod
       // A piece without a direction in single precision cannot be met.
       if (!std::isfinite(1 / s.along.length2())) continue;
       s.tangent.fill(s.along.normalized());
-      s.across = {hairs[h].light, V3f(hairs[h].side.x, hairs[h].side.y, 0)};
+      s.across = {hairs[h].root_angle, V3f(hairs[h].ply_side.x, hairs[h].ply_side.y, 0)};
       s.inverse_length2 = 1 / s.along.length2();
       s.station = hairs[h].station;
       s.radius = radius;
-      s.reach = std::max(radius, widest_hair * curve.radius);
-      s.rank = (static_cast<float>(h) + 0.5F) / static_cast<float>(hairs.size());
+      s.bounding_radius = std::max(radius, max_hair_radius_ratio * curve.radius);
+      s.hair_threshold = (static_cast<float>(h) + 0.5F) / static_cast<float>(hairs.size());
       segments.push_back(s);
     }
   }
 }
 
-float empty_for(const Yarns::Segment& s) {
-  const bool vanishes = s.rank > 0 && s.rank * s.reach >= s.radius;
-  return vanishes ? 2 * s.radius / s.rank : std::numeric_limits<float>::infinity();
+float min_empty_width(const Yarns::Segment& s) {
+  const bool vanishes = s.hair_threshold > 0 && s.hair_threshold * s.bounding_radius >= s.radius;
+  return vanishes ? 2 * s.radius / s.hair_threshold : std::numeric_limits<float>::infinity();
 }
 
 }  // namespace selvedge

@@ -53,7 +53,7 @@ struct InRoundSections {
     from = {Wide(at.x) - Wide::load(&block.start[0][i]), Wide(at.y) - Wide::load(&block.start[1][i]),
             Wide(at.z) - Wide::load(&block.start[2][i])};
     d = {Wide(ray.direction.x), Wide(ray.direction.y), Wide(ray.direction.z)};
-    if (block.flat) {
+    if (block.has_flat_segment) {
       const Vec squeeze{Wide::load(&block.squeeze[0][i]), Wide::load(&block.squeeze[1][i]),
                         Wide::load(&block.squeeze[2][i])};
       from = squeezed_lanes(from, squeeze);
@@ -68,8 +68,8 @@ struct InRoundSections {
     normal = d.cross(axis);
     // Hairs may stand for others: then they are wider, and only a fraction of them is there.
     const Wide own = Wide::load(&block.radius[i]);
-    const Wide rank = Wide::load(&block.rank[i]);
-    const Wide reach = Wide::load(&block.reach[i]);
+    const Wide rank = Wide::load(&block.hair_threshold[i]);
+    const Wide reach = Wide::load(&block.bounding_radius[i]);
     const Wide wider = min(max(Wide(ray.width / 2), own), reach);
     const Wide of_hair = if_greater(own, wider * rank, wider * wider, Wide(-1));
     side2 = if_greater(rank, Wide(0), of_hair, own * own);
@@ -85,12 +85,12 @@ struct InRoundSections {
 template <std::size_t N>
 SELVEDGE_INLINE void meet_block(const Yarns::Block& block, const V3f& at, const Ray& ray, bool shadow,
                                 float entered, const V2f& range, Met& met) {
-  constexpr std::size_t width = std::min(N, yarn_block);
+  constexpr std::size_t width = std::min(N, yarn_block_size);
   using Wide = WideFloat<width>;
   using Vec = WideVec3<width>;
   const Wide zero(0);
   const Wide nothing(no_yarn);
-  for (std::size_t i = 0; i < yarn_block; i += width) {
+  for (std::size_t i = 0; i < yarn_block_size; i += width) {
     const InRoundSections<width> s(block, i, at, ray);
     const Wide length = Wide::load(&block.length[i]);
     const Wide start(-entered);
@@ -168,7 +168,7 @@ SELVEDGE_INLINE void walk(const Yarns::Grid& grid, const V2f& period, const Ray&
   CellAxis x(ray.origin.x, direction.x, grid.size.x, grid.count.x);
   CellAxis y(ray.origin.y, direction.y, grid.size.y, grid.count.y);
   const float overlap = yarn_slack * std::min(x.each, y.each);
-  const float beyond = yarn_slack * (grid.high - grid.low);
+  const float beyond = yarn_slack * (grid.max_z - grid.min_z);
   V3f origin = ray.origin;
   float entered = 0;
   for (int visited = 0; visited < max_cells_of_a_ray; ++visited) {
@@ -176,16 +176,16 @@ SELVEDGE_INLINE void walk(const Yarns::Grid& grid, const V2f& period, const Ray&
     const Yarns::Cell& cell = grid.cells[static_cast<std::size_t>(y.cell) * grid.count.x + x.cell];
     const float from = origin.z + direction.z * entered;
     const float to = origin.z + direction.z * left;
-    if (cell.blocks > 0 && std::min(from, to) <= cell.high + beyond &&
-        std::max(from, to) >= cell.low - beyond) {
+    if (cell.block_count > 0 && std::min(from, to) <= cell.max_z + beyond &&
+        std::max(from, to) >= cell.min_z - beyond) {
       const V3f at = origin + direction * entered -
                      V3f((static_cast<float>(x.cell) + 0.5F) * grid.size.x,
                          (static_cast<float>(y.cell) + 0.5F) * grid.size.y, 0);
       const V2f range(visited == 0 ? -no_yarn : -overlap, left - entered);
-      for (std::uint32_t b = cell.first; b < cell.first + cell.blocks; ++b) {
+      for (std::uint32_t b = cell.first_block; b < cell.first_block + cell.block_count; ++b) {
         const Yarns::Block& block = grid.blocks[b];
-        if (block.low > std::max(from, to) + beyond || block.high < std::min(from, to) - beyond ||
-            ray.width >= block.empty_for)
+        if (block.min_z > std::max(from, to) + beyond || block.max_z < std::min(from, to) - beyond ||
+            ray.width >= block.min_empty_width)
           continue;
         meet_block<N>(block, at, ray, shadow, entered, range, met);
         if (shadow && met.segment >= 0) return;
@@ -230,7 +230,7 @@ std::optional<YarnHit> Yarns::trace(const V2d& uv, float plane, const V3f& view,
   return YarnHit{met.segment, met.from_start};
 }
 
-bool Yarns::occluded(const V3f& from, const V3f& light) const {
+bool Yarns::is_occluded(const V3f& from, const V3f& light) const {
   static const auto walk_all = walk_for_this_processor();
   Ray ray = ray_of(V2d(V2f(from.x, from.y)), from.z, light, 1, period_);
   ray.height = std::max(0.0F, high_ - from.z);
@@ -239,9 +239,9 @@ bool Yarns::occluded(const V3f& from, const V3f& light) const {
   return met.segment >= 0;
 }
 
-bool Yarns::occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const {
+bool Yarns::is_occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const {
   const Segment& s = segments_[hit.segment];
-  return occluded(s.start + hit.from_start + point.normal * (leave_radii * s.radius), light);
+  return is_occluded(s.start + hit.from_start + point.normal * (surface_offset_radii * s.radius), light);
 }
 
 }  // namespace selvedge

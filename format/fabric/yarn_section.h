@@ -39,14 +39,14 @@ Imath::Vec3<T> stretched(const Imath::Vec3<T>& p, const Imath::Vec3<T>& squeeze)
 
 /// Radius of the round section, which is half the thickness: the area equals a circle's of `radius`.
 template <class T>
-T thin_radius(T radius, const Imath::Vec3<T>& squeeze) {
+T round_section_radius(T radius, const Imath::Vec3<T>& squeeze) {
   return radius * std::sqrt(1 - squeeze.length2());
 }
 
 /// How far the section reaches in a unit direction: as the ellipsoid whose widest section it is. `thin`: half
 /// the thickness.
 template <class T>
-T reach_of(T thin, const Imath::Vec3<T>& squeeze, const Imath::Vec3<T>& direction) {
+T section_extent(T thin, const Imath::Vec3<T>& squeeze, const Imath::Vec3<T>& direction) {
   return thin * stretched(direction, squeeze).length();
 }
 

@@ -20,7 +20,7 @@ V3d carried(const V3d& across, const V3d& way, const V3d& tangent, const V3d& ne
 }
 
 V3d any_across(const V3d& tangent) {
-  const V3d axis = counts_from_the_side(V3f(tangent)) ? V3d(1, 0, 0) : V3d(0, 0, 1);
+  const V3d axis = angles_from_x_axis(V3f(tangent)) ? V3d(1, 0, 0) : V3d(0, 0, 1);
   return (axis - tangent * axis.dot(tangent)).normalized();
 }
 
@@ -122,7 +122,7 @@ V3d squeeze_along(const YarnCurve& curve, const V3d& from, const V3d& to) {
 }
 
 /// Radius of the circle with the area of its section.
-float round_radius_of(const Yarns::Segment& s) { return s.radius / thin_radius(1.0F, s.squeeze); }
+float round_radius_of(const Yarns::Segment& s) { return s.radius / round_section_radius(1.0F, s.squeeze); }
 
 void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vector<Yarns::Segment>& segments) {
   const auto count = static_cast<int>(chain.nodes.size()) - 3;
@@ -134,15 +134,15 @@ void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vecto
     s.tangent[0] = tangent;
     s.tangent[1] = tangent = V3f(tangent_at(chain.nodes, i + 1));
     s.across = {V3f(chain.across[i]), V3f(chain.across[i + 1])};
-    if (!chain.out.empty()) s.out = {V3f(chain.out[i]), V3f(chain.out[i + 1])};
+    if (!chain.out.empty()) s.axis_to_ply = {V3f(chain.out[i]), V3f(chain.out[i + 1])};
     s.squeeze = V3f(chain.squeeze[i]);
     s.inverse_length2 = 1 / squeezed(s.along, s.squeeze).length2();
     s.station = static_cast<float>(chain.fraction[i] * curve.stations);
     s.stations = static_cast<float>((chain.fraction[i + 1] - chain.fraction[i]) * curve.stations);
     const double round_radius =
-        static_cast<double>(radius_of_plies(curve)) *
-        strand_swell(curve.strands, (chain.fraction[i] + chain.fraction[i + 1]) / 2, byte_of_thickness);
-    s.radius = static_cast<float>(thin_radius(round_radius, chain.squeeze[i]));
+        static_cast<double>(ply_or_yarn_radius(curve)) *
+        strand_swell(curve.strands, (chain.fraction[i] + chain.fraction[i + 1]) / 2, thickness_noise_byte);
+    s.radius = static_cast<float>(round_section_radius(round_radius, chain.squeeze[i]));
     s.rows = chain.rows;
     segments.push_back(s);
   }
@@ -150,7 +150,7 @@ void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vecto
   float before = round_radius_of(segments.back());
   for (auto s = segments.end() - count; s != segments.end(); ++s) {
     const float own = round_radius_of(*s);
-    s->reach = before > own ? thin_radius(before, s->squeeze) : s->radius;
+    s->bounding_radius = before > own ? round_section_radius(before, s->squeeze) : s->radius;
     before = own;
   }
 }
@@ -163,10 +163,10 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
   const int count = curve.nodes * divisions;
   std::vector<AxisPlace> places;
   for (int i = 0; i < count; ++i) places.push_back(place_on(axis, curve, i / divisions, i % divisions));
-  const double offset = static_cast<double>(curve.radius) * (1 - ply_radius(plies));
+  const double offset = static_cast<double>(curve.radius) * (1 - unit_ply_radius(plies));
   for (int ply = 0; ply < plies; ++ply) {
     ChainNodes chain;
-    chain.rows = rows_of_ply(curve, ply);
+    chain.rows = ply_strand_rows(curve, ply);
     V3d before(0, 0, 0);
     for (int i = -1; i <= count + 1; ++i) {
       const int repeat = i < 0 ? -1 : i / count;
@@ -174,9 +174,10 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
       const double fraction = place.fraction + repeat;
       const double angle = phase + 2 * std::numbers::pi * (ply + shift * fraction) / plies;
       const V3d out = place.across * std::cos(angle) + place.beside * std::sin(angle);
-      const double orbit = offset * strand_swell(curve.strands, fraction, byte_of_thickness);
+      const double orbit = offset * strand_swell(curve.strands, fraction, thickness_noise_byte);
       const V3d middle = place.position + axis.turns * static_cast<double>(repeat);
-      chain.nodes.push_back(middle + stretched(out, place.squeeze) * thin_radius(orbit, place.squeeze));
+      chain.nodes.push_back(middle +
+                            stretched(out, place.squeeze) * round_section_radius(orbit, place.squeeze));
       if (i > 0 && i <= count)
         chain.squeeze.push_back(curve.squeezes.empty()
                                     ? squeeze_along(curve, before, middle)
@@ -198,17 +199,17 @@ V3f across_of(const V3f& d, const V3f& unit_axis) {
 
 }  // namespace
 
-double ply_radius(int plies) {
+double unit_ply_radius(int plies) {
   const double sine = std::sin(std::numbers::pi / plies);
   return plies == 1 ? 1 : sine / (1 + sine);
 }
 
-float radius_of_plies(const YarnCurve& curve) {
-  return static_cast<float>(static_cast<double>(curve.radius) * ply_radius(curve.plies.count));
+float ply_or_yarn_radius(const YarnCurve& curve) {
+  return static_cast<float>(static_cast<double>(curve.radius) * unit_ply_radius(curve.plies.count));
 }
 
-std::vector<Yarns::Segment> segments_of(const YarnCurve& curve, std::span<const V3f> nodes,
-                                        const V2f& period) {
+std::vector<Yarns::Segment> make_segments(const YarnCurve& curve, std::span<const V3f> nodes,
+                                          const V2f& period) {
   std::vector<Yarns::Segment> segments;
   segments.reserve(segment_count(curve));
   append_segments_of(curve, nodes, period, segments);
@@ -231,7 +232,7 @@ void append_segments_of(const YarnCurve& curve, std::span<const V3f> nodes, cons
   }
 }
 
-StrandRows rows_of_ply(const YarnCurve& curve, int ply) {
+StrandRows ply_strand_rows(const YarnCurve& curve, int ply) {
   // Yarn turned over counts its plies the other way round; its strands know what it was.
   const int sense = curve.strands.count < 0 ? -1 : 1;
   const auto row = [&](int number) {
@@ -241,8 +242,8 @@ StrandRows rows_of_ply(const YarnCurve& curve, int ply) {
   return {row(ply), row(ply + curve.plies.shift), curve.plies.count};
 }
 
-bool counts_from_the_side(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period) {
-  return counts_from_the_side(V3f(axis_of(curve, nodes, period).tangent[0]));
+bool angles_from_x_axis(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period) {
+  return angles_from_x_axis(V3f(axis_of(curve, nodes, period).tangent[0]));
 }
 
 void Yarns::derive_segments() {
@@ -251,7 +252,7 @@ void Yarns::derive_segments() {
   int station = 0;
   std::size_t count = 0;
   for (const YarnCurve& curve : data_.curves)
-    count += segment_count(curve) + std::size_t{hair_points - 1} * std::abs(curve.hairs.count);
+    count += segment_count(curve) + std::size_t{hair_point_count - 1} * std::abs(curve.hairs.count);
   segments_.reserve(count);
   for_each_curve(data_, [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> nodes) {
     const std::size_t first = segments_.size();
@@ -260,11 +261,11 @@ void Yarns::derive_segments() {
     for (Segment& s : std::span(segments_).subspan(first)) {
       s.curve = static_cast<int>(c);
       // Chains end where others begin, hairs do not.
-      const float to = s.rank > 0 ? s.start.z + s.along.z : s.start.z;
-      low_ = std::min(low_, std::min(s.start.z, to) - s.tall());
-      high_ = std::max(high_, std::max(s.start.z, to) + s.tall());
+      const float to = s.hair_threshold > 0 ? s.start.z + s.along.z : s.start.z;
+      low_ = std::min(low_, std::min(s.start.z, to) - s.half_height());
+      high_ = std::max(high_, std::max(s.start.z, to) + s.half_height());
     }
-    const bool sideways = counts_from_the_side(curve, nodes, period_);
+    const bool sideways = angles_from_x_axis(curve, nodes, period_);
     strand_sense_.push_back(curve.strands.count >= 0 ? V2f(1, 1) : sideways ? V2f(1, -1) : V2f(-1, 1));
     first_station_.push_back(station);
     station += curve.stations;
@@ -285,14 +286,16 @@ YarnFrame Yarns::frame_at(int curve, int station, int ply) const {
   frame.position = s.start + s.along * fraction;
   frame.tangent = squeezed(mix(s.tangent[0], s.tangent[1], fraction), s.squeeze).normalized();
   frame.across = across_of(mix(s.across[0], s.across[1], fraction), frame.tangent);
-  frame.out = across_of(mix(s.out[0], s.out[1], fraction), frame.tangent);
+  frame.axis_to_ply = across_of(mix(s.axis_to_ply[0], s.axis_to_ply[1], fraction), frame.tangent);
   frame.squeeze = s.squeeze;
   const Segment& next = first[(i + 1) % count];
-  frame.radius = std::max(s.reach, thin_radius(next.reach / thin_radius(1.0F, next.squeeze), s.squeeze));
+  frame.radius = std::max(
+      s.bounding_radius,
+      round_section_radius(next.bounding_radius / round_section_radius(1.0F, next.squeeze), s.squeeze));
   return frame;
 }
 
-std::vector<StationPoint> points_about(const Yarns& yarns, int curve, int station, int count) {
+std::vector<StationPoint> points_around_station(const Yarns& yarns, int curve, int station, int count) {
   const YarnPlies& plies = yarns.data().curves[curve].plies;
   constexpr float pi = std::numbers::pi_v<float>;
   // Plies touch their neighbours so far from their outermost line; what lies beyond is inside of the yarn.
@@ -300,7 +303,7 @@ std::vector<StationPoint> points_about(const Yarns& yarns, int curve, int statio
   std::vector<StationPoint> points;
   for (int ply = 0; ply < plies.count; ++ply) {
     const YarnFrame frame = yarns.frame_at(curve, station, ply);
-    const V3f& from = plies.count == 1 ? frame.across : frame.out;
+    const V3f& from = plies.count == 1 ? frame.across : frame.axis_to_ply;
     const V3f beside = frame.tangent.cross(frame.across);
     for (int i = 0; i < count; ++i) {
       const float angle = reach * (2 * (static_cast<float>(i) + 0.5F) / static_cast<float>(count) - 1);
@@ -308,12 +311,13 @@ std::vector<StationPoint> points_about(const Yarns& yarns, int curve, int statio
       YarnPoint at;
       at.cosine = round.dot(frame.across);
       at.sine = round.dot(beside);
-      at.side = {frame.out.dot(frame.across), frame.out.dot(beside)};
+      at.ply_side = {frame.axis_to_ply.dot(frame.across), frame.axis_to_ply.dot(beside)};
       StationPoint& point = points.emplace_back();
-      point.place = frame.place_of(round);
-      point.normal = frame.normal_of(round);
+      point.position = frame.surface_position(round);
+      point.normal = frame.surface_normal(round);
       point.radius = frame.radius;
-      if (plies.count > 1) point.seen = (std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach));
+      if (plies.count > 1)
+        point.visible_fraction = (std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach));
       point.functions = angle_factors(plies, at);
     }
   }

@@ -20,18 +20,18 @@ constexpr int angles_of_ply = 6;
 constexpr DirectionGrid sky{8, 12};
 constexpr float sky_part = 2 * std::numbers::pi_v<float> / static_cast<float>(sky.columns * sky.rows);
 
-using SkyFactors = std::array<float, smooth_functions>;
+using SkyFactors = std::array<float, smooth_function_count>;
 
 /// Integrals over the upper hemisphere of z B_j B_k: from functions of smooth light to functions of
 /// smooth light.
-std::array<SkyFactors, smooth_functions> upper_products() {
+std::array<SkyFactors, smooth_function_count> upper_products() {
   constexpr DirectionGrid grid{64, 64};
-  std::array<SkyFactors, smooth_functions> products{};
-  for (const V3f& d : directions_of(grid)) {
+  std::array<SkyFactors, smooth_function_count> products{};
+  for (const V3f& d : cell_directions(grid)) {
     const auto basis = smooth_basis(d.x, d.y, d.z);
     const float part = d.z * 2 * std::numbers::pi_v<float> / static_cast<float>(grid.count());
-    for (int j = 0; j < smooth_functions; ++j) {
-      for (int k = 0; k < smooth_functions; ++k) products[j][k] += part * basis[j] * basis[k];
+    for (int j = 0; j < smooth_function_count; ++j) {
+      for (int k = 0; k < smooth_function_count; ++k) products[j][k] += part * basis[j] * basis[k];
     }
   }
   return products;
@@ -42,10 +42,10 @@ SkyFactors seen_sky(const Yarns& yarns, const V3f& point, const V3f& normal, std
   SkyFactors factors{};
   for (const V3f& l : lights) {
     const float cosine = normal.dot(lifted(l));
-    if (!(cosine > 0) || yarns.occluded(point, l)) continue;
+    if (!(cosine > 0) || yarns.is_occluded(point, l)) continue;
     const float part = sky_part * cosine * std::min(1.0F, l.z / min_rise);
     const auto basis = smooth_basis(l.x, l.y, l.z);
-    for (int k = 0; k < smooth_functions; ++k) factors[k] += part * basis[k];
+    for (int k = 0; k < smooth_function_count; ++k) factors[k] += part * basis[k];
   }
   return factors;
 }
@@ -60,38 +60,39 @@ V3f mean_groove(const YarnCurve& curve) {
 class SkyFit {
  public:
   void add(const StationPoint& point, const SkyFactors& values) {
-    for (int i = 0; i < angle_functions; ++i) {
-      for (int j = 0; j < angle_functions; ++j) rows_[i][j] += point.functions[i] * point.functions[j];
-      for (int k = 0; k < smooth_functions; ++k)
-        rows_[i][angle_functions + k] += point.functions[i] * values[k];
+    for (int i = 0; i < angle_function_count; ++i) {
+      for (int j = 0; j < angle_function_count; ++j) rows_[i][j] += point.functions[i] * point.functions[j];
+      for (int k = 0; k < smooth_function_count; ++k)
+        rows_[i][angle_function_count + k] += point.functions[i] * values[k];
     }
   }
   /// Two plies do not represent all sides: a little of each is taken off.
-  std::array<SkyFactors, angle_functions> solved() {
-    std::array<SkyFactors, angle_functions> result{};
-    for (int i = 0; i < angle_functions; ++i) rows_[i][i] += 1e-4F * rows_[0][0] + 1e-6F;
-    for (int i = 0; i < angle_functions; ++i) {
-      for (int j = 0; j < angle_functions; ++j) {
+  std::array<SkyFactors, angle_function_count> solved() {
+    std::array<SkyFactors, angle_function_count> result{};
+    for (int i = 0; i < angle_function_count; ++i) rows_[i][i] += 1e-4F * rows_[0][0] + 1e-6F;
+    for (int i = 0; i < angle_function_count; ++i) {
+      for (int j = 0; j < angle_function_count; ++j) {
         if (j == i) continue;
         const float fraction = rows_[j][i] / rows_[i][i];
         for (std::size_t k = 0; k < rows_[j].size(); ++k) rows_[j][k] -= fraction * rows_[i][k];
       }
     }
-    for (int i = 0; i < angle_functions; ++i) {
-      for (int k = 0; k < smooth_functions; ++k) result[i][k] = rows_[i][angle_functions + k] / rows_[i][i];
+    for (int i = 0; i < angle_function_count; ++i) {
+      for (int k = 0; k < smooth_function_count; ++k)
+        result[i][k] = rows_[i][angle_function_count + k] / rows_[i][i];
     }
     return result;
   }
 
  private:
-  std::array<std::array<float, angle_functions + smooth_functions>, angle_functions> rows_{};
+  std::array<std::array<float, angle_function_count + smooth_function_count>, angle_function_count> rows_{};
 };
 
 /// Direct light by station; it depends on no colour.
-using DirectSky = std::vector<std::array<SkyFactors, angle_functions>>;
+using DirectSky = std::vector<std::array<SkyFactors, angle_function_count>>;
 
 DirectSky direct_sky(const Yarns& yarns) {
-  const std::vector<V3f> lights = directions_of(sky);
+  const std::vector<V3f> lights = cell_directions(sky);
   DirectSky direct;
   for (int c = 0; c < static_cast<int>(yarns.data().curves.size()); ++c) {
     const YarnCurve& curve = yarns.data().curves[c];
@@ -100,8 +101,8 @@ DirectSky direct_sky(const Yarns& yarns) {
     parallel_for(0, curve.stations, [&](int number) {
       SkyFit fit;
       for (const StationPoint& point :
-           points_about(yarns, c, number, curve.plies.count > 1 ? angles_of_ply : angles)) {
-        const V3f above = point.place + point.normal * (point.radius * leave_radii);
+           points_around_station(yarns, c, number, curve.plies.count > 1 ? angles_of_ply : angles)) {
+        const V3f above = point.position + point.normal * (point.radius * surface_offset_radii);
         fit.add(point, seen_sky(yarns, above, point.normal, lights));
       }
       direct[first + number] = fit.solved();
@@ -120,7 +121,7 @@ std::shared_ptr<const DirectSky> known_sky(const Yarns& yarns) {
     std::shared_ptr<const DirectSky> direct;
   };
   static std::deque<Known> known;
-  const auto& inside = yarns.inside().segments;
+  const auto& inside = yarns.geometry().segments;
   std::string segments(reinterpret_cast<const char*>(inside.data()), inside.size() * sizeof inside[0]);
   {
     const std::scoped_lock lock(mutex);
@@ -136,10 +137,10 @@ std::shared_ptr<const DirectSky> known_sky(const Yarns& yarns) {
 
 }  // namespace
 
-std::vector<float> sky_of(const Yarns& yarns) {
+std::vector<float> sky_transfer(const Yarns& yarns) {
   const YarnData& data = yarns.data();
   const auto sky_seen = known_sky(yarns);
-  const std::array<SkyFactors, smooth_functions> upper = upper_products();
+  const std::array<SkyFactors, smooth_function_count> upper = upper_products();
   std::vector<float> result(data.light.size());
   std::size_t station = 0;
   for (const YarnCurve& curve : data.curves) {
@@ -153,24 +154,24 @@ std::vector<float> sky_of(const Yarns& yarns) {
       float* to = &result[first];
       const float* indirect = &data.light[first];
       const float* through = data.through.empty() ? nullptr : &data.through[first];
-      for (int i = 0; i < angle_functions; ++i) {
-        for (int k = 0; k < smooth_functions; ++k) {
+      for (int i = 0; i < angle_function_count; ++i) {
+        for (int k = 0; k < smooth_function_count; ++k) {
           for (int colour = 0; colour < 3; ++colour) {
-            float& sum = to[(i * smooth_functions + k) * 3 + colour];
-            for (int j = 0; j < smooth_functions; ++j)
-              sum += indirect[(i * smooth_functions + j) * 3 + colour] * upper[j][k];
-            for (int j = 0; through != nullptr && j < smooth_functions; ++j)
-              sum +=
-                  through[(i * smooth_functions + j) * 3 + colour] * upper[j][k] * (is_odd_in_z(k) ? -1 : 1);
+            float& sum = to[(i * smooth_function_count + k) * 3 + colour];
+            for (int j = 0; j < smooth_function_count; ++j)
+              sum += indirect[(i * smooth_function_count + j) * 3 + colour] * upper[j][k];
+            for (int j = 0; through != nullptr && j < smooth_function_count; ++j)
+              sum += through[(i * smooth_function_count + j) * 3 + colour] * upper[j][k] *
+                     (is_odd_in_z(k) ? -1 : 1);
             sum *= groove[colour];
           }
         }
       }
       const auto& direct = (*sky_seen)[station + number];
-      for (int i = 0; i < angle_functions; ++i) {
-        for (int k = 0; k < smooth_functions; ++k) {
+      for (int i = 0; i < angle_function_count; ++i) {
+        for (int k = 0; k < smooth_function_count; ++k) {
           for (int colour = 0; colour < 3; ++colour)
-            to[(i * smooth_functions + k) * 3 + colour] += direct[i][k] * reflectance[colour];
+            to[(i * smooth_function_count + k) * 3 + colour] += direct[i][k] * reflectance[colour];
         }
       }
     });

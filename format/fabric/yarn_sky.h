@@ -13,8 +13,8 @@ namespace selvedge {
 /// Direct light with what yarn hides of it, that by way of other yarn, and what comes through from below.
 /// Gloss reflects its mean, whatever the view. Traced from points at the
 /// stations: milliseconds.
-std::vector<float> sky_of(const Yarns& yarns);
+std::vector<float> sky_transfer(const Yarns& yarns);
 
-static_assert(smooth_functions == light_functions_of_yarn);
+static_assert(smooth_function_count == yarn_light_function_count);
 
 }  // namespace selvedge

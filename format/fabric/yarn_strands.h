@@ -14,7 +14,7 @@
 
 namespace selvedge {
 
-inline constexpr float usual_contrast = 0.12F;
+inline constexpr float default_contrast = 0.12F;
 
 /// The strands of a curve in a file.
 struct YarnStrands {
@@ -27,10 +27,10 @@ struct YarnStrands {
   int seed = 0;
   /// Root mean square of the changes of colour and of thickness along the yarn, relative.
   float irregularity = 0;
-  int swells = 1;                   ///< parts of the chain over which these change
-  float contrast = usual_contrast;  ///< root mean square of the strands' changes of colour, relative
-  float change = 0;                 ///< of the row's, beyond the repeat (variation.h)
-  float marl = 0;                   ///< half the difference of the palest and the darkest ply's shades
+  int swells = 1;                     ///< parts of the chain over which these change
+  float contrast = default_contrast;  ///< root mean square of the strands' changes of colour, relative
+  float row_variation = 0;            ///< of the row's, beyond the repeat (variation.h)
+  float marl = 0;                     ///< half the difference of the palest and the darkest ply's shades
   bool operator==(const YarnStrands&) const = default;
   /// Whether the surface differs from a smooth yarn's.
   bool varies() const { return count != 0 || irregularity > 0; }
@@ -40,7 +40,7 @@ inline constexpr int max_strands = 1024;
 inline constexpr int max_pieces = 32768;  ///< and swells, and shift
 inline constexpr float max_irregularity = 0.3F;
 inline constexpr float max_contrast = 0.4F;
-inline constexpr float max_change = 0.6F;
+inline constexpr float max_row_variation = 0.6F;
 inline constexpr float max_marl = 0.9F;
 inline constexpr int max_strand_seed = (1 << 24) - 1;
 
@@ -60,21 +60,22 @@ constexpr std::uint32_t strand_hash(std::uint32_t x) {
 }
 
 /// Rows of the lattice are strands; one more is the yarn's, and one more place has a strand's offset.
-inline constexpr std::uint32_t row_of_yarn = 0xffff;
-inline constexpr std::uint32_t place_of_offset = 0xffff;
-constexpr std::uint32_t strand_bits(std::uint32_t hashed_seed, std::uint32_t row, std::uint32_t place) {
+inline constexpr std::uint32_t yarn_noise_row = 0xffff;
+inline constexpr std::uint32_t offset_noise_place = 0xffff;
+constexpr std::uint32_t strand_noise_bits(std::uint32_t hashed_seed, std::uint32_t row, std::uint32_t place) {
   return strand_hash(hashed_seed ^ (row << 16 | place));
 }
 
 /// A fraction of [0, 1] of the way from one place of the lattice to the next.
 template <class T>
 struct StrandBlend {
-  T here, next;  ///< weights, whose squares sum to 1: they keep the variance between the places
+  T current_weight,
+      next_weight;  ///< weights, whose squares sum to 1: they keep the variance between the places
   explicit StrandBlend(T part) {
     const T smooth = part * part * (3 - 2 * part);
     const T scale = 1 / std::sqrt(smooth * smooth + (1 - smooth) * (1 - smooth));
-    here = (1 - smooth) * scale;
-    next = smooth * scale;
+    current_weight = (1 - smooth) * scale;
+    next_weight = smooth * scale;
   }
   /// Noise of unit variance, from byte k of either place's bits.
   T noise(std::uint32_t a, std::uint32_t b, int k) const {
@@ -82,13 +83,13 @@ struct StrandBlend {
     const auto value = [&](std::uint32_t bits) {
       return (static_cast<T>(bits >> 8 * k & 255U) - static_cast<T>(127.5)) * scale;
     };
-    return here * value(a) + next * value(b);
+    return current_weight * value(a) + next_weight * value(b);
   }
 };
 
 /// The change by a strand at a point of its surface.
 template <class T>
-struct StrandChange {
+struct StrandPerturbation {
   T across = 0;      ///< slope of the surface across the fibre
   T along = 0;       ///< and along it
   T turn = 0;        ///< of the fibre in the surface, radians
@@ -104,14 +105,14 @@ inline std::uint32_t shift_within_turn(const YarnStrands& y) {
 /// Rows of the lattice of the strands of a yarn or ply: its first, and the row of the ply which it goes
 /// on as at the chain's end.
 struct StrandRows {
-  int first = 0;
-  int later = 0;
+  int first_row = 0;
+  int next_first_row = 0;
   int plies = 1;  ///< of the yarn
 };
 
 /// Bytes of the row of the yarn: a place that is thick is not always bright.
-inline constexpr int byte_of_thickness = 0;
-inline constexpr int byte_of_colour = 3;
+inline constexpr int thickness_noise_byte = 0;
+inline constexpr int colour_noise_byte = 3;
 
 /// A change along the yarn, as a multiple of what it is in the mean; `fraction` of the chain's length, of any
 /// repeat.
@@ -124,22 +125,25 @@ T strand_swell(const YarnStrands& y, T fraction, int byte) {
   const auto here = std::min(static_cast<std::uint32_t>(place), static_cast<std::uint32_t>(y.swells - 1));
   const std::uint32_t next = here + 1 == static_cast<std::uint32_t>(y.swells) ? 0 : here + 1;
   const StrandBlend<T> blend(place - static_cast<T>(here));
-  return 1 + static_cast<T>(y.irregularity) * blend.noise(strand_bits(seed, row_of_yarn, here),
-                                                          strand_bits(seed, row_of_yarn, next), byte);
+  return 1 + static_cast<T>(y.irregularity) * blend.noise(strand_noise_bits(seed, yarn_noise_row, here),
+                                                          strand_noise_bits(seed, yarn_noise_row, next),
+                                                          byte);
 }
 
 /// At `around` turns about the yarn or ply; `fraction` of the chain's length. For yarn turned over, `around`
 /// is the original yarn's.
 template <class T>
-StrandChange<T> strand_change(const YarnStrands& y, T around, T fraction, const StrandRows& rows = {}) {
-  StrandChange<T> change;
+StrandPerturbation<T> strand_perturbation(const YarnStrands& y, T around, T fraction,
+                                          const StrandRows& rows = {}) {
+  StrandPerturbation<T> change;
   const std::uint32_t seed = strand_hash(static_cast<std::uint32_t>(y.seed));
   fraction -= std::floor(fraction);
-  change.brightness = strand_swell(y, fraction, byte_of_colour);
+  change.brightness = strand_swell(y, fraction, colour_noise_byte);
   if (y.count == 0) return change;
   const auto count = static_cast<std::uint32_t>(std::abs(y.count));
   if (rows.plies > 1) {
-    const auto ply = static_cast<T>(rows.first) + fraction * static_cast<T>(rows.later - rows.first);
+    const auto ply =
+        static_cast<T>(rows.first_row) + fraction * static_cast<T>(rows.next_first_row - rows.first_row);
     const T pale = 2 * ply / static_cast<T>(std::abs(y.count) * (rows.plies - 1)) - 1;
     change.brightness *= 1 + static_cast<T>(y.marl) * pale;
   }
@@ -147,10 +151,12 @@ StrandChange<T> strand_change(const YarnStrands& y, T around, T fraction, const 
   turns -= std::floor(turns);
   const T strand = turns * static_cast<T>(count);
   const std::uint32_t own = std::min(static_cast<std::uint32_t>(strand), count - 1);
-  const std::uint32_t row = own + static_cast<std::uint32_t>(rows.first);
-  const std::uint32_t later = (own + shift_within_turn(y)) % count + static_cast<std::uint32_t>(rows.later);
+  const std::uint32_t row = own + static_cast<std::uint32_t>(rows.first_row);
+  const std::uint32_t later =
+      (own + shift_within_turn(y)) % count + static_cast<std::uint32_t>(rows.next_first_row);
   const auto offset = [&](std::uint32_t number) {
-    return static_cast<T>(strand_bits(seed, number, place_of_offset) >> 9U) * static_cast<T>(0x1p-23);
+    return static_cast<T>(strand_noise_bits(seed, number, offset_noise_place) >> 9U) *
+           static_cast<T>(0x1p-23);
   };
   // Pieces of neighbouring strands begin at different places.
   const T place =
@@ -158,7 +164,7 @@ StrandChange<T> strand_change(const YarnStrands& y, T around, T fraction, const 
   const auto here = static_cast<std::uint32_t>(place);
   const auto bits = [&](std::uint32_t at) {
     const auto pieces = static_cast<std::uint32_t>(y.pieces);
-    return at < pieces ? strand_bits(seed, row, at) : strand_bits(seed, later, at - pieces);
+    return at < pieces ? strand_noise_bits(seed, row, at) : strand_noise_bits(seed, later, at - pieces);
   };
   const StrandBlend<T> blend(place - static_cast<T>(here));
   const std::uint32_t a = bits(here);
@@ -175,7 +181,7 @@ StrandChange<T> strand_change(const YarnStrands& y, T around, T fraction, const 
 
 /// Turns unit normal and fibre, which are perpendicular, to the strand's. `view`: unit.
 template <class T>
-void turn_to_strand(const StrandChange<T>& change, const Imath::Vec3<T>& view, Imath::Vec3<T>& normal,
+void turn_to_strand(const StrandPerturbation<T>& change, const Imath::Vec3<T>& view, Imath::Vec3<T>& normal,
                     Imath::Vec3<T>& fibre) {
   const Imath::Vec3<T> across = fibre.cross(normal);
   normal = (normal + across * change.across + fibre * change.along).normalized();

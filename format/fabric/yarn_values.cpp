@@ -9,7 +9,7 @@
 namespace selvedge {
 namespace {
 
-std::array<float, yarn_fields> fields_of(const YarnCurve& c) {
+std::array<float, yarn_field_count> fields_of(const YarnCurve& c) {
   const YarnPlies& p = c.plies;
   const YarnStrands& s = c.strands;
   return {static_cast<float>(c.nodes),
@@ -38,13 +38,13 @@ std::array<float, yarn_fields> fields_of(const YarnCurve& c) {
           static_cast<float>(s.swells),
           c.flattening,
           static_cast<float>(c.hairs.count),
-          c.hairs.length,
-          c.hairs.loops,
+          c.hairs.mean_length,
+          c.hairs.loop_fraction,
           c.hairs.radius,
-          c.hairs.kept,
+          c.hairs.opacity,
           c.squeezes.empty() ? 0.0F : 1.0F,
           s.contrast,
-          s.change,
+          s.row_variation,
           static_cast<float>(p.sides),
           c.gloss.lustre,
           s.marl};
@@ -70,7 +70,7 @@ YarnCounts counts_of(const YarnData& data) {
 
 std::vector<float> curve_values(const YarnData& data) {
   std::vector<float> values;
-  for (int field = 0; field < yarn_fields; ++field) {
+  for (int field = 0; field < yarn_field_count; ++field) {
     for (const YarnCurve& curve : data.curves) values.push_back(fields_of(curve)[field]);
   }
   for (int axis = 0; axis < values_per_node; ++axis) {
@@ -118,7 +118,7 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
     // Angles run the other way round; the direction that they count from is mirrored where it is sideways,
     // and is opposite to the mirrored one where it is upwards. Without light from below the upper side keeps
     // the angles, as in a mirror.
-    const bool sideways = counts_from_the_side(own, nodes, yarns.period());
+    const bool sideways = angles_from_x_axis(own, nodes, yarns.period());
     constexpr float half_turn = std::numbers::pi_v<float>;
     curve.plies.shift = -curve.plies.shift;
     if (curve.plies.count > 1)
@@ -127,15 +127,15 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
     for (int s = 0; known && s < curve.stations; ++s, ++station) {
       for (auto* light : {&turned.light, &turned.through}) {
         float* c = &(*light)[station * light_values_per_station];
-        for (int i = 1; i < angle_functions; ++i) {
+        for (int i = 1; i < angle_function_count; ++i) {
           const bool of_sides = own.plies.sides != 0;
           const bool of_sine = i == 2 || (of_sides && i == 4);
           const bool of_cosine = i == 1 || (of_sides && i == 3);
           const bool flips = (!of_sides && i == 4) || (sideways ? of_sine : of_cosine);
-          for (int k = 0; flips && k < 3 * light_functions_of_yarn; ++k)
-            c[3 * light_functions_of_yarn * i + k] *= -1;
-          for (int n = 0; flips && n < light_moments; ++n)
-            c[transfer_values_per_station + angle_functions * n + i] *= -1;
+          for (int k = 0; flips && k < 3 * yarn_light_function_count; ++k)
+            c[3 * yarn_light_function_count * i + k] *= -1;
+          for (int n = 0; flips && n < light_moment_count; ++n)
+            c[transfer_values_per_station + angle_function_count * n + i] *= -1;
         }
       }
     }
@@ -148,7 +148,7 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
   YarnData data;
   std::vector<int> squeezes;  // of the curves
   constexpr int many = 1 << 24;
-  const std::array<float, yarn_fields> plain = fields_of({});
+  const std::array<float, yarn_field_count> plain = fields_of({});
   for (int c = 0; c < counts.curves; ++c) {
     // The last fields may be missing; fields beyond the known ones are of later versions.
     const auto value = [&](int field) {

@@ -53,17 +53,18 @@ Result<void> check_strands(const YarnStrands& s, const std::string& place) {
   if (s.seed < 0 || s.seed > max_strand_seed) return refuse(place, "has a seed out of range");
   if (!in(s.irregularity, 0, max_irregularity)) return refuse(place, "has an irregularity out of range");
   if (!in(s.contrast, 0, max_contrast)) return refuse(place, "has a contrast out of range");
-  if (!in(s.change, 0, max_change)) return refuse(place, "has a change out of range");
+  if (!in(s.row_variation, 0, max_row_variation)) return refuse(place, "has a change out of range");
   if (!in(s.marl, 0, max_marl)) return refuse(place, "has a marl out of range");
   return {};
 }
 
 Result<void> check_hairs(const YarnHairs& h, float shorter, const std::string& place) {
   if (std::abs(h.count) > max_hairs) return refuse(place, "has too many hairs");
-  if (!in(h.length, 0, max_radius * shorter) || !in(h.radius, 0, max_radius * shorter))
+  if (!in(h.mean_length, 0, max_radius * shorter) || !in(h.radius, 0, max_radius * shorter))
     return refuse(place, "has hairs whose length or radius is out of range");
-  if (!in(h.loops, 0, 1) || !in(h.kept, 0, 1)) return refuse(place, "has a fraction outside of [0, 1]");
-  if (h.count != 0 && !(h.length > 0 && h.radius * h.kept > 0))
+  if (!in(h.loop_fraction, 0, 1) || !in(h.opacity, 0, 1))
+    return refuse(place, "has a fraction outside of [0, 1]");
+  if (h.count != 0 && !(h.mean_length > 0 && h.radius * h.opacity > 0))
     return refuse(place, "has hairs without length or radius");
   return {};
 }
@@ -97,7 +98,7 @@ Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& p
 Result<void> check_segments(const YarnData& data, const V2f& period) {
   std::int64_t nodes = 0;
   for (const YarnCurve& c : data.curves)
-    nodes += segment_count(c) + std::int64_t{hair_points} * std::abs(c.hairs.count);
+    nodes += segment_count(c) + std::int64_t{hair_point_count} * std::abs(c.hairs.count);
   if (nodes > max_nodes) return refuse("nodes", fmt::format("plies and hairs have more than {}", max_nodes));
   Result<void> result;
   double covered = 0;  // mm^2
@@ -108,16 +109,16 @@ Result<void> check_segments(const YarnData& data, const V2f& period) {
       return 2 * radius * (length + count * radius);
     };
     double length = 0;
-    for (const Yarns::Segment& s : segments_of(curve, own, period)) {
+    for (const Yarns::Segment& s : make_segments(curve, own, period)) {
       length += static_cast<double>(s.along.length());
       if (s.along.length() >= 1e-3F * s.radius) continue;
       result = refuse(place, "consecutive nodes of a ply coincide");
       return;
     }
     const YarnHairs& h = curve.hairs;
-    covered += area(radius_of_plies(curve), length, static_cast<double>(segment_count(curve))) +
+    covered += area(ply_or_yarn_radius(curve), length, static_cast<double>(segment_count(curve))) +
                drawn_cost_of_hairs * std::abs(h.count) *
-                   area(std::max(h.radius, curve.radius / 8), h.length, hair_points - 1);
+                   area(std::max(h.radius, curve.radius / 8), h.mean_length, hair_point_count - 1);
     if (covered > max_cover * static_cast<double>(period.x) * static_cast<double>(period.y))
       result = refuse(
           place, fmt::format("covers the cell, with the curves before it, more than {} times", max_cover));
@@ -170,17 +171,17 @@ Result<void> validate(const YarnData& data, const V2f& period) {
   return {};
 }
 
-std::array<float, angle_functions> angle_basis(float cosine, float sine) {
+std::array<float, angle_function_count> angle_basis(float cosine, float sine) {
   return {1, cosine, sine, cosine * cosine - sine * sine, 2 * cosine * sine};
 }
 
-std::array<float, angle_functions> angle_factors(const YarnPlies& plies, const YarnPoint& point) {
-  if (plies.sides != 0) return {1, point.cosine, point.sine, point.side.x, point.side.y};
+std::array<float, angle_function_count> angle_factors(const YarnPlies& plies, const YarnPoint& point) {
+  if (plies.sides != 0) return {1, point.cosine, point.sine, point.ply_side.x, point.ply_side.y};
   return angle_basis(point.cosine, point.sine);
 }
 
-std::array<float, light_functions_of_yarn> light_basis(const V3f& l) {
-  std::array<float, light_functions_of_yarn> basis{
+std::array<float, yarn_light_function_count> light_basis(const V3f& l) {
+  std::array<float, yarn_light_function_count> basis{
       1, l.x, l.y, l.z, l.x * l.y, l.x * l.z, l.y * l.z, l.x * l.x - l.y * l.y, 3 * l.z * l.z - 1};
   for (float& b : basis) b *= l.z;
   return basis;
@@ -205,7 +206,7 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   const YarnCurve& curve = data_.curves[s.curve];
   YarnPoint point;
   point.curve = s.curve;
-  point.hair = s.rank > 0;
+  point.is_hair = s.hair_threshold > 0;
   // The nearest point of the cubic curve through the nodes with these tangents, by a step of Newton's method
   // from the straight line's: the surface is as smooth as the curve.
   const float length = std::sqrt(1 / s.inverse_length2);
@@ -231,13 +232,13 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   if (point.station < 0) point.station += static_cast<float>(curve.stations);
   point.normal = (out - tangent * tangent.dot(out)).normalized();
   const V3f around = tangent.cross(point.normal);
-  if (point.hair) {
+  if (point.is_hair) {
     point.fibre = tangent;
     point.cosine = s.across[0].x;
     point.sine = s.across[0].y;
-    point.outward = s.across[0].z;
-    point.side = {s.across[1].x, s.across[1].y};
-    point.strand = point.normal;
+    point.outward_cosine = s.across[0].z;
+    point.ply_side = {s.across[1].x, s.across[1].y};
+    point.strand_normal = point.normal;
     return point;
   }
   point.fibre = stretched(tangent + around * curve.fibre_slope, s.squeeze).normalized();
@@ -247,11 +248,11 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   const float norm = std::hypot(cosine, sine);
   point.cosine = norm > 0 ? cosine / norm : 1;
   point.sine = norm > 0 ? sine / norm : 0;
-  const V3f out_of_axis = mix(s.out[0], s.out[1], fraction);
-  point.outward = point.normal.dot(out_of_axis);
-  point.side = {out_of_axis.dot(across), out_of_axis.dot(tangent.cross(across))};
+  const V3f out_of_axis = mix(s.axis_to_ply[0], s.axis_to_ply[1], fraction);
+  point.outward_cosine = point.normal.dot(out_of_axis);
+  point.ply_side = {out_of_axis.dot(across), out_of_axis.dot(tangent.cross(across))};
   point.normal = squeezed(point.normal, s.squeeze).normalized();
-  point.strand = point.normal;
+  point.strand_normal = point.normal;
   point.rows = s.rows;
   return point;
 }
@@ -259,24 +260,24 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
 void Yarns::add_strands(YarnPoint& point, const V3f& view) const {
   const YarnCurve& curve = data_.curves[point.curve];
   if (!curve.strands.varies()) return;
-  if (point.hair) {
+  if (point.is_hair) {
     point.brightness =
-        strand_swell(curve.strands, point.station / static_cast<float>(curve.stations), byte_of_colour);
+        strand_swell(curve.strands, point.station / static_cast<float>(curve.stations), colour_noise_byte);
     return;
   }
   const V2f& sense = strand_sense_[point.curve];
   const float around =
       std::atan2(sense.y * point.sine, sense.x * point.cosine) / (2 * std::numbers::pi_v<float>);
   const float fraction = point.station / static_cast<float>(curve.stations);
-  const StrandChange<float> change = strand_change(curve.strands, around, fraction, point.rows);
+  const StrandPerturbation<float> change = strand_perturbation(curve.strands, around, fraction, point.rows);
   point.brightness = change.brightness;
-  if (curve.strands.count != 0) turn_to_strand(change, lifted(view), point.strand, point.fibre);
+  if (curve.strands.count != 0) turn_to_strand(change, lifted(view), point.strand_normal, point.fibre);
 }
 
-V3f Yarns::direct(const YarnPoint& point, const V3f& light, const V3f& view) const {
+V3f Yarns::direct_reflectance(const YarnPoint& point, const V3f& light, const V3f& view) const {
   const YarnCurve& curve = data_.curves[point.curve];
   const V3f l = lifted(light);
-  const V3f& normal = point.strand;
+  const V3f& normal = point.strand_normal;
   const float cosine = normal.dot(l);
   if (!(cosine > 0)) return {0, 0, 0};
   V3f f = curve.albedo * point.brightness;
@@ -286,7 +287,7 @@ V3f Yarns::direct(const YarnPoint& point, const V3f& light, const V3f& view) con
     f *= std::numbers::inv_pi_v<float>;
   } else {
     V3f v = lifted(view);
-    v = (v + normal * std::max(0.0F, min_facing - normal.dot(v))).normalized();
+    v = (v + normal * std::max(0.0F, min_facing_cosine - normal.dot(v))).normalized();
     const V3f across = normal.cross(point.fibre);
     const V3f local_light(l.dot(point.fibre), l.dot(across), cosine);
     const V3f local_view(v.dot(point.fibre), v.dot(across), v.dot(normal));
@@ -318,14 +319,14 @@ LightTransfer Yarns::transfer_at(const YarnPoint& point, bool through) const {
     next += transfer.size();
   }
   for (std::size_t i = 0; i < transfer.size(); ++i)
-    transfer[i] *= 1 + curve.plies.groove[static_cast<int>(i % 3)] * point.outward;
+    transfer[i] *= 1 + curve.plies.groove[static_cast<int>(i % 3)] * point.outward_cosine;
   return transfer;
 }
 
-float Yarns::view_factor(const YarnPoint& point, const V3f& view) const {
+float Yarns::lustre_view_factor(const YarnPoint& point, const V3f& view) const {
   const YarnCurve& curve = data_.curves[point.curve];
   const float lustre = curve.gloss.lustre;
-  if (data_.light.empty() || lustre == 0 || point.hair) return 1;
+  if (data_.light.empty() || lustre == 0 || point.is_hair) return 1;
   const auto whole = static_cast<int>(point.station);
   const float fraction = point.station - static_cast<float>(whole);
   const auto moments = [&](int station) {
@@ -335,13 +336,13 @@ float Yarns::view_factor(const YarnPoint& point, const V3f& view) const {
   };
   const float* here = moments(whole);
   const float* next = moments(whole + 1);
-  std::array<float, light_moments> mean{};
+  std::array<float, light_moment_count> mean{};
   for (float& m : mean) {
     for (const float a : angle_factors(curve.plies, point))
       m += a * (*here++ * (1 - fraction) + *next++ * fraction);
   }
   V3f v = lifted(view);
-  v = (v + point.strand * std::max(0.0F, min_facing - point.strand.dot(v))).normalized();
+  v = (v + point.strand_normal * std::max(0.0F, min_facing_cosine - point.strand_normal.dot(v))).normalized();
   return lustre_factor(v.dot(point.fibre), lustre, mean[0], mean[1]);
 }
 
@@ -356,8 +357,8 @@ V3f indirect_light(const LightTransfer& transfer, const V3f& light) {
   return sum;
 }
 
-float Yarns::factor_at(const V2d& uv, int curve) const {
-  if (curve < 0) return variation_at(variation(), repeat_place(uv), variation().fraction);
+float Yarns::variation_factor(const V2d& uv, int curve) const {
+  if (curve < 0) return variation_at(variation(), repeat_place(uv), variation().along_v_fraction);
   return variation_at(variation(), repeat_place(uv),
                       runs_along_v(data_.curves[curve], period_) ? 1.0F : 0.0F);
 }
@@ -370,16 +371,16 @@ Shading Yarns::shade(const V2d& uv, float plane, const V3f& light, const V3f& vi
   if (light.z == 0 || !(view.z > 0)) return shading;
   YarnPoint point = point_at(*hit);
   add_strands(point, view);
-  const float factor = varied ? factor_at(uv, point.curve) : 1;
+  const float factor = varied ? variation_factor(uv, point.curve) : 1;
   if (light.z < 0) {
     shading.radiance =
         indirect_light(transfer_at(point, true), mirrored(light)) * (point.brightness * factor);
     return shading;
   }
   shading.radiance =
-      indirect_light(transfer_at(point), light) * (point.brightness * view_factor(point, view));
-  const V3f lit = direct(point, light, view);
-  if (lit != V3f(0, 0, 0) && !occluded(*hit, point, light)) shading.radiance += lit;
+      indirect_light(transfer_at(point), light) * (point.brightness * lustre_view_factor(point, view));
+  const V3f lit = direct_reflectance(point, light, view);
+  if (lit != V3f(0, 0, 0) && !is_occluded(*hit, point, light)) shading.radiance += lit;
   shading.radiance *= factor;
   return shading;
 }

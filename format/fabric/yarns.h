@@ -35,8 +35,8 @@ struct YarnPlies {
   float phase = 0;  ///< angle of ply 0 at node 0, in [-pi, pi]
   /// Indirect light is 1 + groove times the normal's fraction in the way out of the axis as bright.
   V3f groove{0, 0, 0};
-  /// 1: indirect light tells the sides of the axis on which plies lie (YarnPoint::side) in place of the
-  /// double angle. 0: of earlier writers.
+  /// 1: indirect light distinguishes the sides of the axis on which plies lie (YarnPoint::ply_side) in place
+  /// of the double angle. 0: of earlier writers.
   int sides = 0;
   bool operator==(const YarnPlies&) const = default;
 };
@@ -64,36 +64,38 @@ struct YarnCurve {
 };
 
 /// Radius of each of `plies` equal circles that touch each other in a ring within a circle of radius 1.
-double ply_radius(int plies);
+double unit_ply_radius(int plies);
 /// Radius of the plies, or of the yarn where it has none.
-float radius_of_plies(const YarnCurve& curve);
+float ply_or_yarn_radius(const YarnCurve& curve);
 
 /// Indirect light of a station: for the angle a about the axis and the light l
 ///   f(a, l) = max(0, l_z sum over i, k of c_ik A_i(a) B_k(l)) in 1/sr, A = 1, cos a, sin a, cos 2a, sin 2a,
 ///   B = 1, x, y, z, xy, xz, yz, x^2 - y^2, 3 z^2 - 1.
-/// With YarnPlies::sides the last two A are YarnPoint::side.
+/// With YarnPlies::sides the last two A are YarnPoint::ply_side.
 /// The angle counts from the direction that a first direction across the chain's first segment (Yarns) takes
 /// when it is carried along.
-inline constexpr int angle_functions = 5;
-inline constexpr int light_functions_of_yarn = 9;
-inline constexpr int transfer_values_per_station = 3 * angle_functions * light_functions_of_yarn;
+inline constexpr int angle_function_count = 5;
+inline constexpr int yarn_light_function_count = 9;
+inline constexpr int transfer_values_per_station = 3 * angle_function_count * yarn_light_function_count;
 /// A station's coefficients are followed by the moments of its light along the fibre, which yarn with lustre
 /// reflects by view: [n - 1][i], the mean of U_n(x) as sum over i of m_ni A_i(a), for n = 1 and 2. x is the
 /// light's component along the fibre, U_n Chebyshev's polynomial of the second kind.
-inline constexpr int light_moments = 2;
-inline constexpr int light_values_per_station = transfer_values_per_station + light_moments * angle_functions;
-static_assert(light_values_per_station == station_values &&
-              transfer_values_per_station == min_station_values);
+inline constexpr int light_moment_count = 2;
+inline constexpr int light_values_per_station =
+    transfer_values_per_station + light_moment_count * angle_function_count;
+static_assert(light_values_per_station == station_value_count &&
+              transfer_values_per_station == min_station_value_count);
 
-std::array<float, angle_functions> angle_basis(float cosine, float sine);
+std::array<float, angle_function_count> angle_basis(float cosine, float sine);
 /// l_z included. Precondition: unit light.
-std::array<float, light_functions_of_yarn> light_basis(const V3f& light);
+std::array<float, yarn_light_function_count> light_basis(const V3f& light);
 
 /// The content of the file.
 struct YarnData {
   std::vector<YarnCurve> curves;
-  std::vector<V3f> nodes;    ///< curve by curve, along its chain, also beyond the cell
-  std::vector<float> light;  ///< [station][(i * light_functions_of_yarn + k) * 3 + colour], then the moments
+  std::vector<V3f> nodes;  ///< curve by curve, along its chain, also beyond the cell
+  std::vector<float>
+      light;  ///< [station][(i * yarn_light_function_count + k) * 3 + colour], then the moments
   /// The same for light from below, mirrored into the upper half, with direct light where the yarn faces up:
   /// where it faces down, the cloth turned over adds that. Empty: unknown.
   std::vector<float> through;
@@ -126,7 +128,7 @@ Result<void> validate(const YarnData& data, const V2f& period);
 
 /// Bytes that Yarns takes at most. A cell lists the segments that pass it, and a few numbers of a file can be
 /// thousands of times as many of these. Precondition: validate() holds.
-double memory_of(const YarnData& data, const V2f& period);
+double yarn_memory_bytes(const YarnData& data, const V2f& period);
 
 /// Where a ray meets yarn.
 struct YarnHit {
@@ -141,43 +143,43 @@ struct YarnPoint {
   float cosine = 1;     ///< of the angle about the axis
   float sine = 0;
   /// Fraction of the normal in the way from the yarn's axis to its ply's; 0 without plies.
-  float outward = 0;
+  float outward_cosine = 0;
   /// The way from the yarn's axis to its ply's, as cosine and sine of its angle; 0 without plies.
-  V2f side{0, 0};
+  V2f ply_side{0, 0};
   float station = 0;  ///< in [0, stations of its curve]
   int curve = 0;
-  bool hair = false;  ///< angle, station and outward at its root
+  bool is_hair = false;  ///< angle, station and outward at its root
   StrandRows rows;
-  V3f strand{0, 0, 1};   ///< normal of the visible strand; of smooth yarn: the yarn's
-  float brightness = 1;  ///< factor of all light but the gloss
+  V3f strand_normal{0, 0, 1};  ///< normal of the visible strand; of smooth yarn: the yarn's
+  float brightness = 1;        ///< factor of all light but the gloss
 };
 
 /// The factors of the functions at a point of a yarn or ply.
-std::array<float, angle_functions> angle_factors(const YarnPlies& plies, const YarnPoint& point);
+std::array<float, angle_function_count> angle_factors(const YarnPlies& plies, const YarnPoint& point);
 
 /// Indirect light of a point for any light: the factors of the functions of the light, [function][colour].
-using LightTransfer = std::array<float, 3 * light_functions_of_yarn>;
+using LightTransfer = std::array<float, 3 * yarn_light_function_count>;
 /// f by indirect light, in 1/sr. Precondition: unit light.
 V3f indirect_light(const LightTransfer& transfer, const V3f& light);
 
 /// A place on a curve's axis, and the directions that angles about it count from.
 struct YarnFrame {
-  V3f position{0, 0, 0};  ///< mm
-  V3f tangent{1, 0, 0};   ///< unit, in the round section
-  V3f across{0, 0, 1};    ///< unit; angle 0, and tangent x across is a right angle
-  V3f out{0, 0, 0};       ///< of a ply: unit, across it, away from the yarn's axis
-  V3f squeeze{0, 0, 0};   ///< of its section (yarn_section.h): angles on the round section
-  float radius = 0;       ///< mm, of the round section, the largest of the segments there
+  V3f position{0, 0, 0};     ///< mm
+  V3f tangent{1, 0, 0};      ///< unit, in the round section
+  V3f across{0, 0, 1};       ///< unit; angle 0, and tangent x across is a right angle
+  V3f axis_to_ply{0, 0, 0};  ///< of a ply: unit, across it, away from the yarn's axis
+  V3f squeeze{0, 0, 0};      ///< of its section (yarn_section.h): angles on the round section
+  float radius = 0;          ///< mm, of the round section, the largest of the segments there
   /// Normal and place of the surface where the round section has this unit normal.
-  V3f normal_of(const V3f& round) const { return squeezed(round, squeeze).normalized(); }
-  V3f place_of(const V3f& round) const { return position + stretched(round, squeeze) * radius; }
+  V3f surface_normal(const V3f& round) const { return squeezed(round, squeeze).normalized(); }
+  V3f surface_position(const V3f& round) const { return position + stretched(round, squeeze) * radius; }
 };
 
 /// Segments that are tested together.
-inline constexpr std::size_t yarn_block = 8;
+inline constexpr std::size_t yarn_block_size = 8;
 
 /// Whether angles about a curve count from the x axis, since its first tangent stands too steeply.
-inline bool counts_from_the_side(const V3f& tangent) { return std::abs(tangent.z) >= 0.9F; }
+inline bool angles_from_x_axis(const V3f& tangent) { return std::abs(tangent.z) >= 0.9F; }
 
 /// Yarn that rays can be traced through. Immutable: for any number of threads.
 class Yarns {
@@ -202,67 +204,68 @@ class Yarns {
   /// Precondition: the curve has the station.
   YarnFrame frame_at(int curve, int station, int ply = 0) const;
   /// Whether yarn lies between the point and unit `light`, which is lifted like a view.
-  bool occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const;
+  bool is_occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const;
   /// The same for a point, mm, of any repeat.
-  bool occluded(const V3f& from, const V3f& light) const;
+  bool is_occluded(const V3f& from, const V3f& light) const;
   /// f(l, v) of the point by direct light, whether or not yarn hides it.
-  V3f direct(const YarnPoint& point, const V3f& light, const V3f& view) const;
+  V3f direct_reflectance(const YarnPoint& point, const V3f& light, const V3f& view) const;
   /// Transfer of light from above, or of light that comes `through`, if that is known.
   LightTransfer transfer_at(const YarnPoint& point, bool through = false) const;
   /// Factor of that light from above, by lustre: its fraction that leaves towards the view over the mean.
-  float view_factor(const YarnPoint& point, const V3f& view) const;
+  float lustre_view_factor(const YarnPoint& point, const V3f& view) const;
 
   /// f and alpha of what is seen at (u, v) of the plane: alpha is 0 or 1, and f is 0 where nothing is.
   /// Directions are unit; where the view lies below the horizon, f is 0, and alpha the rim's. `varied`: f is
-  /// multiplied by factor_at().
+  /// multiplied by variation_factor().
   Shading shade(const V2d& uv, float plane, const V3f& light, const V3f& view, bool varied = false) const;
   /// Factor of the variation beyond the repeat, where a curve is seen; -1: all of them, from above.
-  float factor_at(const V2d& uv, int curve) const;
+  float variation_factor(const V2d& uv, int curve) const;
 
   /// Between two nodes, or a piece of a hair, mm; the frames at both ends. Only members of 4 bytes, so that
   /// lanes can fetch them.
   struct Segment {
     V3f start, along;
-    /// across: of the yarn's axis. Of a hair, the first has cosine, sine and YarnPoint::outward of its root,
-    /// the second YarnPoint::side.
+    /// across: of the yarn's axis. Of a hair, the first has cosine, sine and YarnPoint::outward_cosine of its
+    /// root, the second YarnPoint::ply_side.
     std::array<V3f, 2> tangent, across;
-    std::array<V3f, 2> out{V3f(0, 0, 0), V3f(0, 0, 0)};  ///< unit, from that to the ply's; 0 without plies
-    float inverse_length2 = 0;                           ///< 1 / mm^2; in the round section
+    std::array<V3f, 2> axis_to_ply{V3f(0, 0, 0),
+                                   V3f(0, 0, 0)};  ///< unit, from that to the ply's; 0 without plies
+    float inverse_length2 = 0;                     ///< 1 / mm^2; in the round section
     float station = 0;
     float stations = 0;  ///< over its length; 0: a hair, which has the light of its root
     float radius = 0;    ///< of the round section
     V3f squeeze{0, 0, 0};
     /// Radius of the ball about its start: the thicker segment's there. Of a hair, its largest radius.
-    float reach = 0;
-    float rank =
+    float bounding_radius = 0;
+    float hair_threshold =
         0;  ///< of a hair, in (0, 1): it is met where that is less than the fraction of hairs; else 0
     int curve = 0;
     StrandRows rows;
     /// Half the width of the section where half the thickness is `thin`.
-    float wide(float thin) const { return thin / (1 - squeeze.length2()); }
+    float half_width(float thin) const { return thin / (1 - squeeze.length2()); }
     /// How far it reaches up and down about its line.
-    float tall() const { return reach_of(reach, squeeze, V3f(0, 0, 1)); }
+    float half_height() const { return section_extent(bounding_radius, squeeze, V3f(0, 0, 1)); }
   };
   /// Segments for the lanes, relative to the middle of a cell at z = 0. Those that are not there
   /// have radius and reach 0.
   struct Block {
-    std::array<std::array<float, yarn_block>, 3> start, axis;   ///< axis: unit, in the round section
-    std::array<float, yarn_block> length, reach, radius, rank;  ///< likewise
-    std::array<int, yarn_block> segment;
-    float low, high;  ///< mm, of what its segments reach
-    float empty_for;  ///< mm; rays of at least this width meet none of them
-    bool flat;        ///< whether one of them is
-    std::array<std::array<float, yarn_block>, 3> squeeze;
+    std::array<std::array<float, yarn_block_size>, 3> start, axis;  ///< axis: unit, in the round section
+    std::array<float, yarn_block_size> length, bounding_radius, radius, hair_threshold;  ///< likewise
+    std::array<int, yarn_block_size> segment;
+    float min_z, max_z;     ///< mm, of what its segments reach
+    float min_empty_width;  ///< mm; rays of at least this width meet none of them
+    bool has_flat_segment;  ///< whether one of them is
+    std::array<std::array<float, yarn_block_size>, 3> squeeze;
   };
   struct Cell {
-    std::uint32_t first = 0;
-    std::uint32_t blocks = 0;
-    float low = 0;  ///< mm, of what the cell's segments reach
-    float high = 0;
+    std::uint32_t first_block = 0;
+    std::uint32_t block_count = 0;
+    float min_z = 0;  ///< mm, of what the cell's segments reach
+    float max_z = 0;
   };
   /// Cells of the plane, each with the segments that a ray through it may meet.
   struct Grid {
-    float low = 0, high = 0;  ///< mm, of the lowest and the highest point
+    float min_z = 0, max_z = 0;  ///< mm, of the lowest and the highest point
     V2i count{1, 1};
     V2f size{1, 1};           ///< of a cell, mm
     std::vector<Cell> cells;  ///< [row][column]
@@ -270,14 +273,14 @@ class Yarns {
   };
   /// Made at the first call: cloth that is splatted needs none.
   const Grid& grid() const;
-  struct Inside {                        ///< segments and numbers of the yarn, for programs that show it
-    float low = 0, high = 0;             ///< mm, of the lowest and the highest point
+  struct Geometry {                      ///< segments and numbers of the yarn, for programs that show it
+    float min_z = 0, max_z = 0;          ///< mm, of the lowest and the highest point
     std::span<const Segment> segments;   ///< one for each node of a yarn or ply
     std::span<const int> first_station;  ///< of each curve
     /// Factors of cosine and sine, by curve: strands of yarn turned over count from the mirrored angle.
     std::span<const V2f> strand_sense;
   };
-  Inside inside() const { return {low_, high_, segments_, first_station_, strand_sense_}; }
+  Geometry geometry() const { return {low_, high_, segments_, first_station_, strand_sense_}; }
 
  private:
   void derive_segments();
@@ -300,17 +303,17 @@ class Yarns {
 };
 
 /// Rows of the strands of a ply, or of a yarn without plies (yarn_strands.h). Ply in [0, count).
-StrandRows rows_of_ply(const YarnCurve& curve, int ply);
+StrandRows ply_strand_rows(const YarnCurve& curve, int ply);
 
 inline std::int64_t segment_count(const YarnCurve& curve) {
   return std::int64_t{1} * curve.nodes * curve.plies.count * curve.plies.divisions;
 }
 /// The width of rays from which on none meets the segment; infinite for all but most hairs.
-float empty_for(const Yarns::Segment& segment);
+float min_empty_width(const Yarns::Segment& segment);
 /// Makes the segments of one curve from its own nodes, ply after ply. Precondition: validate() holds of all
 /// but the lengths of plies.
-std::vector<Yarns::Segment> segments_of(const YarnCurve& curve, std::span<const V3f> nodes,
-                                        const V2f& period);
+std::vector<Yarns::Segment> make_segments(const YarnCurve& curve, std::span<const V3f> nodes,
+                                          const V2f& period);
 void append_segments_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
                         std::vector<Yarns::Segment>& segments);
 /// Calls visit(index, curve, its nodes) for all curves.
@@ -325,21 +328,21 @@ void for_each_curve(const YarnData& data, const Visit& visit) {
 /// Appends them, followed by the pieces of its hairs.
 void append_segments_with_hairs(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
                                 std::vector<Yarns::Segment>& segments);
-/// Hairs of a curve that has segments_of() `chain`.
-std::vector<YarnHair> hairs_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
-                               std::span<const Yarns::Segment> chain);
+/// Hairs of a curve that has make_segments() `chain`.
+std::vector<YarnHair> make_hairs(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
+                                 std::span<const Yarns::Segment> chain);
 /// Whether angles about the curve count from the x axis.
-bool counts_from_the_side(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period);
+bool angles_from_x_axis(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period);
 
 /// A point of the surface about a station.
 struct StationPoint {
-  V3f place, normal;                               ///< mm; unit, out of the yarn
-  float radius = 0;                                ///< mm, YarnFrame::radius
-  float seen = 1;                                  ///< roughly the fraction of views that it is seen from
-  std::array<float, angle_functions> functions{};  ///< angle_factors()
+  V3f position, normal;        ///< mm; unit, out of the yarn
+  float radius = 0;            ///< mm, YarnFrame::radius
+  float visible_fraction = 1;  ///< roughly the fraction of views that it is seen from
+  std::array<float, angle_function_count> functions{};  ///< angle_factors()
 };
 /// So many points evenly around a yarn, or around each of its plies as far as this touches no other.
-std::vector<StationPoint> points_about(const Yarns& yarns, int curve, int station, int count);
+std::vector<StationPoint> points_around_station(const Yarns& yarns, int curve, int station, int count);
 
 /// The yarn of the cell turned over: heights are `thickness` (mm) less what they were, and light from above
 /// is that from below. Where that is unknown, the upper side keeps the light that the other had.

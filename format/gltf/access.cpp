@@ -17,7 +17,7 @@ const Json null;
 std::string at(const char* array, int index) { return fmt::format("/{}/{}", array, index); }
 
 std::size_t size_or_0(const Json& object, const char* key) {
-  return size_of(member(object, key)).value_or(0);
+  return whole_number(member(object, key)).value_or(0);
 }
 
 bool is_index_type(int type) { return type == 5121 || type == 5123 || type == 5125; }
@@ -59,7 +59,7 @@ const Json& member(const Json& object, const char* key) {
   return found == object.end() ? null : *found;
 }
 
-const Json& array_of(const Json& object, const char* key) {
+const Json& array_member(const Json& object, const char* key) {
   static const Json empty = Json::array();
   const Json& found = member(object, key);
   return found.is_array() ? found : empty;
@@ -67,30 +67,30 @@ const Json& array_of(const Json& object, const char* key) {
 
 std::string string_of(const Json& value) { return value.is_string() ? value.get<std::string>() : ""; }
 
-std::optional<std::size_t> size_of(const Json& value) {
+std::optional<std::size_t> whole_number(const Json& value) {
   constexpr double largest = 0x1p40;
-  const double number = number_of(value, -1);
+  const double number = number_or(value, -1);
   if (!(number >= 0) || number > largest || number != std::floor(number)) return std::nullopt;
   return static_cast<std::size_t>(number);
 }
 
 int index_of(const Json& value) {
   constexpr std::size_t largest = std::numeric_limits<int>::max();
-  const std::optional<std::size_t> size = size_of(value);
+  const std::optional<std::size_t> size = whole_number(value);
   return size && *size <= largest ? static_cast<int>(*size) : -1;
 }
 
-double number_of(const Json& value, double otherwise) {
+double number_or(const Json& value, double otherwise) {
   return value.is_number() ? value.get<double>() : otherwise;
 }
 
-const Json& entry_of(const GltfDocument& document, const char* array, int index) {
-  const Json& entries = array_of(document.json, array);
+const Json& root_entry(const GltfDocument& document, const char* array, int index) {
+  const Json& entries = array_member(document.json, array);
   const bool present = index >= 0 && static_cast<std::size_t>(index) < entries.size();
   return present && entries[index].is_object() ? entries[index] : null;
 }
 
-int components_of(const Json& accessor) {
+int component_count(const Json& accessor) {
   constexpr std::array<std::pair<const char*, int>, 7> table{
       {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}};
   for (const auto& [name, components] : table) {
@@ -104,7 +104,7 @@ std::size_t component_size(int component_type) {
   return component_type >= 5120 && component_type <= 5126 ? sizes[component_type - 5120] : 0;
 }
 
-std::size_t unbacked_elements(const GltfDocument& document) {
+std::size_t max_unbacked_elements(const GltfDocument& document) {
   std::size_t bytes = 0;
   for (const Bytes& buffer : document.buffers) bytes += buffer.size();
   return (std::size_t{1} << 20) + 32 * bytes;
@@ -119,7 +119,7 @@ void GltfReader::fail(Code code, std::string place, std::string message) const {
 }
 
 const Json& GltfReader::entry(const char* array, int index, const std::string& place) {
-  const Json& found = entry_of(document, array, index);
+  const Json& found = root_entry(document, array, index);
   if (found.is_null()) fail(Code::gltf_accessor, place, fmt::format("there is no {}", at(array, index)));
   return found;
 }
@@ -129,7 +129,7 @@ const Json& GltfReader::view(int index, const std::string& place) {
   const std::string where = at("bufferViews", index);
   const Json& buffer = entry("buffers", index_of(member(json, "buffer")), where);
   const std::size_t offset = size_or_0(json, "byteOffset");
-  const std::optional<std::size_t> length = size_of(member(json, "byteLength"));
+  const std::optional<std::size_t> length = whole_number(member(json, "byteLength"));
   const std::size_t available = size_or_0(buffer, "byteLength");
   if (!length) fail(Code::gltf_malformed, where, "no byteLength");
   if (offset > available || *length > available - offset)
@@ -151,8 +151,8 @@ std::span<const std::uint8_t> GltfReader::bytes(int index, const std::string& pl
 
 AccessorShape GltfReader::accessor_shape(int accessor, const std::string& place) {
   const Json& json = entry("accessors", accessor, place);
-  AccessorShape shape{size_or_0(json, "count"), components_of(json), index_of(member(json, "componentType")),
-                      member(json, "normalized") == true};
+  AccessorShape shape{size_or_0(json, "count"), component_count(json),
+                      index_of(member(json, "componentType")), member(json, "normalized") == true};
   if (shape.count == 0 || shape.element_size() == 0)
     fail(Code::gltf_malformed, at("accessors", accessor), "wrong count, type or componentType");
   return shape;
@@ -184,7 +184,7 @@ Bytes GltfReader::gather(const Json& object, std::size_t count, std::size_t size
 void GltfReader::apply_sparse(const Json& sparse, const AccessorShape& shape, const std::string& place,
                               Bytes& elements) {
   const Json& indices = member(sparse, "indices");
-  const std::optional<std::size_t> count = size_of(member(sparse, "count"));
+  const std::optional<std::size_t> count = whole_number(member(sparse, "count"));
   const int type = index_of(member(indices, "componentType"));
   if (!count || *count > shape.count) {
     fail(Code::gltf_accessor, place + "/count",
@@ -212,7 +212,7 @@ Bytes GltfReader::elements(int accessor, const std::string& place) {
   Bytes elements;
   if (!member(json, "bufferView").is_null()) {
     elements = gather(json, shape.count, shape.element_size(), where);
-  } else if (shape.count > unbacked_elements(document)) {
+  } else if (shape.count > max_unbacked_elements(document)) {
     fail(Code::file_too_large, where, fmt::format("{} elements without a buffer view", shape.count));
   } else {
     elements.resize(shape.count * shape.element_size());

@@ -15,7 +15,7 @@ namespace selvedge {
 const Json& member(const Json& object, const char* key);
 
 /// An array member; an empty array if it is absent or something else.
-const Json& array_of(const Json& object, const char* key);
+const Json& array_member(const Json& object, const char* key);
 
 /// A string, or "".
 std::string string_of(const Json& value);
@@ -24,16 +24,16 @@ std::string string_of(const Json& value);
 int index_of(const Json& value);
 
 /// A whole number from 0 to 2^40 (24.0 is one too), or nothing.
-std::optional<std::size_t> size_of(const Json& value);
+std::optional<std::size_t> whole_number(const Json& value);
 
 /// A finite number, or `otherwise`.
-double number_of(const Json& value, double otherwise);
+double number_or(const Json& value, double otherwise);
 
 /// The entry `index` of the root array `array` ("nodes", "meshes", ...), or JSON null if it is not an object.
-const Json& entry_of(const GltfDocument& document, const char* array, int index);
+const Json& root_entry(const GltfDocument& document, const char* array, int index);
 
 /// Numbers per element of an accessor: SCALAR 1, VEC2 2 ... MAT4 16; 0 for an unknown type.
-int components_of(const Json& accessor);
+int component_count(const Json& accessor);
 
 /// Size in bytes of one component; 0 for an unknown type.
 std::size_t component_size(int component_type);
@@ -51,7 +51,7 @@ struct AccessorShape {
 
 /// The number of vertices or elements that a document may describe without bytes of its own for each (shared
 /// views, accessors without one): a million, and 32 for every byte of its buffers.
-std::size_t unbacked_elements(const GltfDocument& document);
+std::size_t max_unbacked_elements(const GltfDocument& document);
 
 /// Gapless elements as floats, one per component.
 std::vector<float> to_floats(std::span<const std::uint8_t> elements, int component_type, bool normalized);
@@ -66,7 +66,7 @@ class GltfReader {
 
   [[noreturn]] void fail(Code code, std::string place, std::string message) const;
 
-  /// entry_of; GLTF_ACCESSOR for a missing entry.
+  /// root_entry; GLTF_ACCESSOR for a missing entry.
   const Json& entry(const char* array, int index, const std::string& place);
 
   /// A buffer view; GLTF_ACCESSOR if it reaches beyond the declared size of its buffer.
@@ -80,7 +80,8 @@ class GltfReader {
 
   /// Elements without gaps, in the component type of the accessor, sparse values applied: the form in which
   /// vertices are copied. Nothing is allocated before elements and replacements are known to lie within their
-  /// views (else GLTF_ACCESSOR); an accessor without a view has at most `unbacked_elements` (FILE_TOO_LARGE).
+  /// views (else GLTF_ACCESSOR); an accessor without a view has at most `max_unbacked_elements`
+  /// (FILE_TOO_LARGE).
   Bytes elements(int accessor, const std::string& place);
 
   /// All elements as numbers, accessor_shape().components each: sparse values applied, normalised integers

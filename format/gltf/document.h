@@ -25,20 +25,20 @@ using Json = nlohmann::ordered_json;
 using Bytes = std::vector<std::uint8_t>;
 
 /// Where bytes of a document lie: buffer and offset.
-using BytePlace = std::pair<std::size_t, std::size_t>;
+using BufferPosition = std::pair<std::size_t, std::size_t>;
 
 /// How the geometry of a document was encoded in its file, by the place of its expanded bytes, which stays
 /// where views and accessors get other numbers.
-struct PackedGeometry {
+struct OriginalEncoding {
   struct DracoAccessor {
-    Json json;    ///< as it was, without a view
-    Json view;    ///< of the compressed stream
-    int id = -1;  ///< of the attribute in the stream; -1: indices
+    Json json;              ///< as it was, without a view
+    Json view;              ///< of the compressed stream
+    int attribute_id = -1;  ///< of the attribute in the stream; -1: indices
   };
-  std::map<BytePlace, Json> meshopt_views;  ///< as they were
-  std::map<BytePlace, DracoAccessor> draco_accessors;
-  std::set<std::string> required;  ///< these of the extensions were
-  BytePlace end;                   ///< the bytes of the file and the expanded ones lie before it
+  std::map<BufferPosition, Json> meshopt_views;  ///< as they were
+  std::map<BufferPosition, DracoAccessor> draco_accessors;
+  std::set<std::string> required_extensions;  ///< these of the extensions were
+  BufferPosition known_end;                   ///< the bytes of the file and the expanded ones lie before it
 };
 
 struct GltfDocument {
@@ -46,14 +46,14 @@ struct GltfDocument {
   std::string folder;          ///< relative URIs start here
   Json json;                   ///< an object; plain geometry: Draco and meshopt are expanded on loading
   std::vector<Bytes> buffers;  ///< one per entry of json["buffers"]
-  PackedGeometry packed;
-  /// The files that its URIs may name (resolve_uri): by `other_files` around `root`, the folder that it was
-  /// read from, and the files that the user has named.
-  OtherFiles other_files = OtherFiles::inside;
-  std::string root;  ///< empty: `folder`
-  std::vector<std::string> named_files;
+  OriginalEncoding original_encoding;
+  /// The files that its URIs may name (resolve_uri): by `external_files` around `source_folder`, the folder
+  /// that it was read from, and the files that the user has named.
+  ExternalFiles external_files = ExternalFiles::in_folder;
+  std::string source_folder;  ///< empty: `folder`
+  std::vector<std::string> allowed_files;
   std::vector<std::string> remarks;  ///< what the reader left out or read otherwise than it is written
-  std::uint64_t taken = 0;           ///< bytes of memory that it takes, reckoned as in memory.h
+  std::uint64_t memory_used = 0;     ///< bytes of memory that it takes, reckoned as in memory.h
 };
 
 /// Loads .gltf (with external or data URIs) or .glb, distinguished by content, or a mesh file
@@ -78,7 +78,7 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
 /// buffers become one file
 /// "<stem>.bin" beside the output (another name if the input's own buffer file would be overwritten);
 /// pictures and fabrics stay in their places, and their URIs are rewritten for the output's
-/// folder (move_document). Missing pictures keep their URI. Unused bytes are left out.
+/// folder (rebase_uris). Missing pictures keep their URI. Unused bytes are left out.
 Result<std::uint64_t> save_gltf(GltfDocument document, const std::string& path);
 
 /// The bytes of a .glb file with the whole document, its geometry plain; other files are embedded as by
@@ -88,7 +88,7 @@ Result<std::vector<std::uint8_t>> pack_glb(GltfDocument document);
 /// The same files beside their places, which appear with commit_all().
 struct StagedGltf {
   std::vector<AtomicFile> files;
-  std::uint64_t bytes = 0;
+  std::uint64_t byte_count = 0;
 };
 Result<StagedGltf> stage_gltf(GltfDocument document, const std::string& path);
 

@@ -93,8 +93,8 @@ class Expander {
   explicit Expander(GltfDocument& document) : document_(document), reader_(document) {}
 
   void expand() {
-    for (std::size_t m = 0; m < array_of(document_.json, "meshes").size(); ++m) {
-      const std::size_t primitives = array_of(document_.json["meshes"][m], "primitives").size();
+    for (std::size_t m = 0; m < array_member(document_.json, "meshes").size(); ++m) {
+      const std::size_t primitives = array_member(document_.json["meshes"][m], "primitives").size();
       for (std::size_t p = 0; p < primitives; ++p) {
         Json primitive = document_.json["meshes"][m]["primitives"][p];
         if (member(member(primitive, "extensions"), names::gltf::draco).is_null()) continue;
@@ -106,9 +106,10 @@ class Expander {
       }
     }
     if (!expanded_.empty()) reuse_views();
-    drop_encoding(document_, names::gltf::draco);
+    unlist_encoding(document_, names::gltf::draco);
     // Without that, the former views of the accessors were plain ones.
-    if (!document_.packed.required.contains(names::gltf::draco)) document_.packed.draco_accessors.clear();
+    if (!document_.original_encoding.required_extensions.contains(names::gltf::draco))
+      document_.original_encoding.draco_accessors.clear();
   }
 
  private:
@@ -194,7 +195,8 @@ class Expander {
     for (const char* key : {"bufferView", "byteOffset"}) former.erase(key);
     const Json& views = document_.json["bufferViews"];
     const Json& expanded = views[index_of(document_.json["accessors"][accessor]["bufferView"])];
-    document_.packed.draco_accessors[place_of(expanded)] = {std::move(former), views[view], id};
+    document_.original_encoding.draco_accessors[view_position(expanded)] = {std::move(former), views[view],
+                                                                            id};
   }
 
   void expand_indices(const draco::Mesh& mesh, int view, int accessor, const std::string& place) {
@@ -240,7 +242,7 @@ class Expander {
   std::map<int, Json> former_;  ///< the accessors of the file
 };
 
-using DracoAccessor = PackedGeometry::DracoAccessor;
+using DracoAccessor = OriginalEncoding::DracoAccessor;
 
 /// Bits with which a step of texture coordinates is 2^-17, be they metres, as unwrapped ones, or over a range
 /// of 1: the texels of a fabric need 2^-15 (spec/SELVEDGE_materials_fabric, "Implementation notes"), and
@@ -296,14 +298,14 @@ class Packer {
     if (extensions_.empty() && !encoded_) return;
     name_streams();
     drop_unused_data(document_, before_);
-    use_encoding(document_, names::gltf::draco);
+    relist_encoding(document_, names::gltf::draco);
   }
 
  private:
   template <class F>
   void each_primitive(const F& visit) {
-    for (std::size_t m = 0; m < array_of(document_.json, "meshes").size(); ++m) {
-      for (std::size_t p = 0; p < array_of(document_.json["meshes"][m], "primitives").size(); ++p)
+    for (std::size_t m = 0; m < array_member(document_.json, "meshes").size(); ++m) {
+      for (std::size_t p = 0; p < array_member(document_.json["meshes"][m], "primitives").size(); ++p)
         visit(document_.json["meshes"][m]["primitives"][p], fmt::format("/meshes/{}/primitives/{}", m, p));
     }
   }
@@ -314,20 +316,21 @@ class Packer {
     visit(member(primitive, "indices"));
   }
 
-  BytePlace place_behind(const Json& accessor) const {
-    const Json& json = entry_of(document_, "accessors", index_of(accessor));
-    return place_of(entry_of(document_, "bufferViews", index_of(member(json, "bufferView"))));
+  BufferPosition place_behind(const Json& accessor) const {
+    const Json& json = root_entry(document_, "accessors", index_of(accessor));
+    return view_position(root_entry(document_, "bufferViews", index_of(member(json, "bufferView"))));
   }
 
-  const DracoAccessor* former(const BytePlace& place) const {
-    const auto found = document_.packed.draco_accessors.find(place);
-    return found == document_.packed.draco_accessors.end() ? nullptr : &found->second;
+  const DracoAccessor* former(const BufferPosition& place) const {
+    const auto found = document_.original_encoding.draco_accessors.find(place);
+    return found == document_.original_encoding.draco_accessors.end() ? nullptr : &found->second;
   }
 
   bool is_new(const Json& primitive) const {
     bool found = false;
-    each_accessor(primitive,
-                  [&](const Json& accessor) { found |= place_behind(accessor) >= document_.packed.end; });
+    each_accessor(primitive, [&](const Json& accessor) {
+      found |= place_behind(accessor) >= document_.original_encoding.known_end;
+    });
     return found;
   }
 
@@ -341,7 +344,7 @@ class Packer {
       const DracoAccessor* const attribute = former(place_behind(accessor));
       if (attribute == nullptr) continue;
       if (attribute->view != indices->view) return nullptr;
-      attributes[semantic] = attribute->id;
+      attributes[semantic] = attribute->attribute_id;
     }
     return {{"bufferView", indices->view}, {"attributes", std::move(attributes)}};
   }
@@ -363,16 +366,16 @@ class Packer {
   void name_streams() {
     const std::set<int> used = used_parts(document_).views;
     Json& views = document_.json["bufferViews"];
-    std::map<BytePlace, int> numbers;
+    std::map<BufferPosition, int> numbers;
     for (int i = 0; i < static_cast<int>(views.size()); ++i) {
-      const DracoAccessor* const was = former(place_of(views[i]));
+      const DracoAccessor* const was = former(view_position(views[i]));
       if (was == nullptr || used.contains(i)) continue;
-      if (numbers.try_emplace(place_of(was->view), i).second) views[i] = was->view;
+      if (numbers.try_emplace(view_position(was->view), i).second) views[i] = was->view;
     }
     each_primitive([&](Json& primitive, const std::string& place) {
       if (!extensions_.contains(place)) return;
       Json& view = primitive["extensions"][names::gltf::draco]["bufferView"];
-      const auto [number, missing] = numbers.try_emplace(place_of(view), -1);
+      const auto [number, missing] = numbers.try_emplace(view_position(view), -1);
       if (missing) number->second = append(views, view);
       view = number->second;
     });
@@ -501,8 +504,8 @@ std::optional<DracoCounts> draco_counts(std::span<const std::uint8_t> bytes) {
 
 void expand_draco(GltfDocument& document) { Expander(document).expand(); }
 
-void pack_draco(GltfDocument& document) {
-  if (!document.packed.draco_accessors.empty()) Packer(document).pack();
+void repack_draco(GltfDocument& document) {
+  if (!document.original_encoding.draco_accessors.empty()) Packer(document).pack();
 }
 
 }  // namespace selvedge

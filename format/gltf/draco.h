@@ -18,10 +18,10 @@ namespace selvedge {
 void expand_draco(GltfDocument& document);
 
 /// Gives primitives their stream back if their vertices and indices still come from one
-/// (GltfDocument::packed), and encodes new ones of a document that required Draco: with as many bits for each
-/// attribute as the most precise stream of the file, and for texture coordinates at least so many that a step
-/// is 2^-17. Primitives that Draco cannot encode stay plain. Throws Failure.
-void pack_draco(GltfDocument& document);
+/// (GltfDocument::original_encoding), and encodes new ones of a document that required Draco: with as many
+/// bits for each attribute as the most precise stream of the file, and for texture coordinates steps of 2^-17
+/// or less. Primitives that Draco cannot encode stay plain. Throws Failure.
+void repack_draco(GltfDocument& document);
 
 struct DracoCounts {
   std::uint64_t faces = 0;

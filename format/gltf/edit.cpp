@@ -95,12 +95,12 @@ int append_index_accessor(GltfDocument& document, std::span<const std::uint32_t>
                                                  {"type", "SCALAR"}});
 }
 
-void use_extension(Json& root, const char* name) {
+void list_extension(Json& root, const char* name) {
   Json& used = root["extensionsUsed"];
   if (std::ranges::find(used, name) == used.end()) used.push_back(name);
 }
 
-void drop_extension(Json& root, const char* name) {
+void unlist_extension(Json& root, const char* name) {
   for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
     if (!member(root, list).is_array()) continue;
     Json& names = root[list];
@@ -109,21 +109,23 @@ void drop_extension(Json& root, const char* name) {
   }
 }
 
-void drop_encoding(GltfDocument& document, const char* name) {
-  const Json& required = array_of(document.json, "extensionsRequired");
-  if (std::ranges::find(required, name) != required.end()) document.packed.required.insert(name);
-  drop_extension(document.json, name);
+void unlist_encoding(GltfDocument& document, const char* name) {
+  const Json& required = array_member(document.json, "extensionsRequired");
+  if (std::ranges::find(required, name) != required.end())
+    document.original_encoding.required_extensions.insert(name);
+  unlist_extension(document.json, name);
 }
 
-void use_encoding(GltfDocument& document, const char* name) {
-  use_extension(document.json, name);
-  if (!document.packed.required.contains(name)) return;
+void relist_encoding(GltfDocument& document, const char* name) {
+  list_extension(document.json, name);
+  if (!document.original_encoding.required_extensions.contains(name)) return;
   Json& required = document.json["extensionsRequired"];
   if (std::ranges::find(required, name) == required.end()) required.push_back(name);
 }
 
-BytePlace place_of(const Json& view) {
-  return {size_of(member(view, "buffer")).value_or(0), size_of(member(view, "byteOffset")).value_or(0)};
+BufferPosition view_position(const Json& view) {
+  return {whole_number(member(view, "buffer")).value_or(0),
+          whole_number(member(view, "byteOffset")).value_or(0)};
 }
 
 void erase_extension(Json& object, const char* name) {

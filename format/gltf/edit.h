@@ -31,16 +31,16 @@ void drop_tangents(Json& primitive);
 void set_bounds(Json& accessor, std::span<const float> values, int components);
 
 /// Adds to (or removes from) extensionsUsed. Removing also takes it out of extensionsRequired.
-void use_extension(Json& root, const char* name);
-void drop_extension(Json& root, const char* name);
+void list_extension(Json& root, const char* name);
+void unlist_extension(Json& root, const char* name);
 
 /// The same for an encoding of geometry that is expanded, and that is in the document again: it remembers
 /// whether it was required.
-void drop_encoding(GltfDocument& document, const char* name);
-void use_encoding(GltfDocument& document, const char* name);
+void unlist_encoding(GltfDocument& document, const char* name);
+void relist_encoding(GltfDocument& document, const char* name);
 
 /// Where the bytes of a view lie.
-BytePlace place_of(const Json& view);
+BufferPosition view_position(const Json& view);
 
 /// Removes the extension from an object that has it, and "extensions" if it is then empty.
 void erase_extension(Json& object, const char* name);

@@ -19,34 +19,34 @@ using namespace names::gltf;
 namespace {
 
 const Json& entries_of(const GltfDocument& document) {
-  return array_of(member(member(document.json, "extensions"), fabric_extension), fabrics);
+  return array_member(member(member(document.json, "extensions"), fabric_extension), fabrics);
 }
 
 V2d pair_of(const Json& value, const V2d& otherwise) {
   if (!value.is_array() || value.size() != 2) return otherwise;
-  return {number_of(value[0], otherwise.x), number_of(value[1], otherwise.y)};
+  return {number_or(value[0], otherwise.x), number_or(value[1], otherwise.y)};
 }
 
 }  // namespace
 
-Placement placement_of(const Json& texture_info) {
+TextureMapping read_texture_mapping(const Json& texture_info) {
   const Json& json = member(member(texture_info, "extensions"), texture_transform);
   const int overriding = index_of(member(json, tex_coord));
-  Placement placement;
+  TextureMapping placement;
   placement.tex_coord = overriding >= 0 ? overriding : std::max(0, index_of(member(texture_info, tex_coord)));
   UvTransform& transform = placement.transform;
   transform.offset = pair_of(member(json, offset), transform.offset);
-  transform.rotation = number_of(member(json, rotation), 0);
+  transform.rotation = number_or(member(json, rotation), 0);
   transform.scale = pair_of(member(json, scale), transform.scale);
   return placement;
 }
 
-const Json& part_of(const GltfDocument& document, int material, const char* part) {
-  const Json& json = entry_of(document, "materials", material);
+const Json& fabric_extension_member(const GltfDocument& document, int material, const char* part) {
+  const Json& json = root_entry(document, "materials", material);
   return member(member(member(json, "extensions"), fabric_extension), part);
 }
 
-std::optional<TransformFault> range_fault_of(const UvTransform& transform) {
+std::optional<TransformFault> transform_range_fault(const UvTransform& transform) {
   using Limits = std::numeric_limits<float>;
   const auto largest = [](const V2d& pair) { return std::max(std::abs(pair.x), std::abs(pair.y)); };
   for (const auto& [which, value] : {std::pair{offset, largest(transform.offset)},
@@ -59,8 +59,8 @@ std::optional<TransformFault> range_fault_of(const UvTransform& transform) {
   return std::nullopt;
 }
 
-std::optional<TransformFault> fault_of(const UvTransform& transform) {
-  if (std::optional<TransformFault> fault = range_fault_of(transform)) return fault;
+std::optional<TransformFault> fabric_transform_fault(const UvTransform& transform) {
+  if (std::optional<TransformFault> fault = transform_range_fault(transform)) return fault;
   const double smallest = std::min(std::abs(transform.scale.x), std::abs(transform.scale.y));
   if (smallest >= double{std::numeric_limits<float>::min()}) return std::nullopt;
   return TransformFault{scale, fmt::format("scale {:g}: the texture transform is singular", smallest)};
@@ -81,7 +81,7 @@ Json texture_info(int number, int set, const UvTransform& transform) {
 int fabric_count(const GltfDocument& document) { return static_cast<int>(entries_of(document).size()); }
 
 Result<SceneFabric> read_fabric_entry(const GltfDocument& document, int number) {
-  return result_of([&] {
+  return catch_failure([&] {
     GltfReader reader(document);
     const Json& entry = entries_of(document)[number];
     const std::string place = fmt::format("/extensions/{}/{}/{}", fabric_extension, fabrics, number);
@@ -107,7 +107,7 @@ Result<SceneFabric> read_fabric_entry(const GltfDocument& document, int number) 
 }
 
 Result<std::vector<SceneFabric>> read_fabric_entries(const GltfDocument& document) {
-  return result_of([&] {
+  return catch_failure([&] {
     std::vector<SceneFabric> read;
     for (int i = 0; i < fabric_count(document); ++i)
       read.push_back(value_or_throw(read_fabric_entry(document, i)));
@@ -121,16 +121,16 @@ Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument&
   const auto refuse = [&](const std::string& within, std::string why) {
     return fail(Code::gltf_extension, document.file, place + within, std::move(why));
   };
-  const Json& json = entry_of(document, "materials", material);
+  const Json& json = root_entry(document, "materials", material);
   const Json& extension = member(member(json, "extensions"), fabric_extension);
   if (extension.is_null()) return std::optional<FabricReference>();
   const Json& info = member(extension, fabric);
-  const auto [set, transform] = placement_of(info);
+  const auto [set, transform] = read_texture_mapping(info);
   const FabricReference reference{index_of(member(info, index)), set, transform};
   if (reference.fabric < 0) return refuse("/fabric/index", "is not an index");
   if (reference.fabric >= fabrics_present)
     return refuse("/fabric/index", fmt::format("there is no fabric {}", reference.fabric));
-  if (const std::optional<TransformFault> fault = fault_of(reference.transform))
+  if (const std::optional<TransformFault> fault = fabric_transform_fault(reference.transform))
     return refuse(fmt::format("/{}/extensions/{}/{}", fabric, texture_transform, fault->member),
                   fault->reason);
   return std::optional(reference);
@@ -152,17 +152,17 @@ Result<int> add_fabric(GltfDocument& document, const FabricSource& source) {
     entry[buffer_view] = append_view(document, source.bytes);
   } else {
     entry[uri] = source.uri;
-    name_file(document, source.uri);
+    allow_file(document, source.uri);
   }
   document.json["extensions"][fabric_extension][fabrics].push_back(std::move(entry));
-  use_extension(document.json, fabric_extension);
+  list_extension(document.json, fabric_extension);
   return static_cast<int>(present->size());
 }
 
 void set_fabric_reference(GltfDocument& document, int material, const FabricReference& reference) {
   Json& json = document.json["materials"][material];
   Json info = texture_info(reference.fabric, reference.tex_coord, reference.transform);
-  if (info.contains("extensions")) use_extension(document.json, texture_transform);
+  if (info.contains("extensions")) list_extension(document.json, texture_transform);
   json["extensions"][fabric_extension][fabric] = std::move(info);
 }
 

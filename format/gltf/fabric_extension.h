@@ -26,19 +26,19 @@ Result<std::optional<FabricReference>> read_fabric_reference(const GltfDocument&
                                                              int fabrics);
 
 /// How a texture is mapped to the surface.
-struct Placement {
+struct TextureMapping {
   int tex_coord = 0;
   UvTransform transform;
 };
 /// The placement of a textureInfo-shaped object: KHR_texture_transform, which may name another UV set; the
 /// identity without it.
-Placement placement_of(const Json& texture_info);
+TextureMapping read_texture_mapping(const Json& texture_info);
 
 /// Largest component of a tintFactor; cloth brighter than white is no cloth.
 inline constexpr double max_tint = 16;
 
 /// A member of the material's extension; null without it.
-const Json& part_of(const GltfDocument& document, int material, const char* name);
+const Json& fabric_extension_member(const GltfDocument& document, int material, const char* name);
 
 /// The member of a transform that makes it unusable for a fabric, and the reason.
 struct TransformFault {
@@ -47,9 +47,9 @@ struct TransformFault {
 };
 
 /// The fault of a transform with numbers beyond 32-bit floats.
-std::optional<TransformFault> range_fault_of(const UvTransform& transform);
+std::optional<TransformFault> transform_range_fault(const UvTransform& transform);
 /// The same for a fabric: also the fault of a scale that is 0 as a float.
-std::optional<TransformFault> fault_of(const UvTransform& transform);
+std::optional<TransformFault> fabric_transform_fault(const UvTransform& transform);
 
 /// A textureInfo-shaped object: index, texCoord if not 0, and the transform if it is not the identity.
 Json texture_info(int index, int tex_coord, const UvTransform& transform);

@@ -34,7 +34,7 @@ bool numbers(const Json& value, std::array<double, count>& out) {
 /// COLOR_0 has three or four numbers.
 std::vector<V4f> read_colors(GltfReader& reader, const Json& attributes, std::size_t count,
                              const std::string& place) {
-  if (components_of(entry_of(reader.document, "accessors", index_of(member(attributes, "COLOR_0")))) == 4)
+  if (component_count(root_entry(reader.document, "accessors", index_of(member(attributes, "COLOR_0")))) == 4)
     return reader.attribute<V4f>(attributes, "COLOR_0", count, place);
   std::vector<V4f> colors;
   for (const V3f& c : reader.attribute<V3f>(attributes, "COLOR_0", count, place))

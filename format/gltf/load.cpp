@@ -102,11 +102,12 @@ Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, M
     text.remove_prefix(3);
     begin += 3;
   }
-  const std::uint64_t room = account.take(text.size(), 1) ? account.left() / bytes_per::json_value : 0;
+  const std::uint64_t room =
+      account.try_reserve(text.size(), 1) ? account.remaining_bytes() / bytes_per::json_value : 0;
   try {
     JsonLimits left{limits.nesting, limits.members, room};
     Json json = parse_json(text, left);
-    account.take(room - left.values, bytes_per::json_value);
+    account.try_reserve(room - left.values, bytes_per::json_value);
     if (!json.is_object()) return refuse(Code::gltf_malformed, "", "the JSON is not an object");
     return json;
   } catch (const JsonFault& fault) {
@@ -120,7 +121,8 @@ Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, M
       return refuse(Code::file_too_large, "",
                     fmt::format("a JSON object with more than {} members", limits.members));
     }
-    Error beyond = beyond_memory("", "", fmt::format("more than {} values of JSON", room), limits.memory);
+    Error beyond =
+        memory_limit_error("", "", fmt::format("more than {} values of JSON", room), limits.memory);
     return refuse(beyond.code, "", std::move(beyond.message));
   } catch (const nlohmann::json::parse_error& error) {
     const std::size_t first = text.find_first_not_of(" \t\r\n");
@@ -142,7 +144,7 @@ Bytes read_buffer(const GltfDocument& document, const Parts& parts, int index, s
   const std::string place = fmt::format("/buffers/{}", index);
   const Json& buffer = reader.entry("buffers", index, place);
   const Json& uri = member(buffer, "uri");
-  const std::optional<std::size_t> size = size_of(member(buffer, "byteLength"));
+  const std::optional<std::size_t> size = whole_number(member(buffer, "byteLength"));
   if (!size) reader.fail(Code::gltf_malformed, place, "no byteLength");
   Bytes bytes;
   if (uri.is_string()) {
@@ -205,7 +207,7 @@ void check_lists(const Json& root, IssueSink& issues) {
   };
   for (const char* list : objects) check(list, "an object", &Json::is_object);
   for (const char* list : names) check(list, "a string", &Json::is_string);
-  const Json& required = array_of(root, "extensionsRequired");
+  const Json& required = array_member(root, "extensionsRequired");
   for (std::size_t i = 0; i < required.size(); ++i) {
     const std::string name = string_of(required[i]);
     if (!name.empty() && !is_read(name)) {
@@ -237,7 +239,7 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
   MemoryAccount account(limits.memory);
   if (bytes.size() > limits.file_bytes) {
     issues.add(Code::file_too_large, "", fmt::format("larger than {} bytes", limits.file_bytes));
-  } else if (const std::string_view kind = foreign_kind(text); !kind.empty()) {
+  } else if (const std::string_view kind = foreign_file_message(text); !kind.empty()) {
     issues.add(Code::gltf_unsupported, "", std::string(kind));
   } else if (is_mesh_file(text, path)) {
     Result<GltfDocument> read = load_mesh_document(text, path, limits);
@@ -250,36 +252,36 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
   GltfDocument document;
   document.file = path;
   document.folder = std::filesystem::path(path).parent_path().string();
-  document.other_files = limits.other_files;
+  document.external_files = limits.external_files;
   document.json =
       parse(parts.json, static_cast<std::size_t>(parts.json.data() - text.data()), limits, account, issues);
   if (issues.has_error()) return std::nullopt;
   check_version(member(document.json, "asset"), issues);
   check_lists(document.json, issues);
-  if (limits.other_files == OtherFiles::inside) find_outside(document, issues);
+  if (limits.external_files == ExternalFiles::in_folder) find_outside_uris(document, issues);
   if (issues.has_error()) return std::nullopt;
-  mend_uris(document);
+  redirect_missing_files(document);
   for (const std::string& remark : document.remarks) issues.add(Code::gltf_advice, "", remark);
-  std::uint64_t room = std::min(limits.buffer_bytes, account.left());
-  for (int i = 0; i < static_cast<int>(array_of(document.json, "buffers").size()); ++i) {
-    auto buffer = result_of([&] { return read_buffer(document, parts, i, room); });
+  std::uint64_t room = std::min(limits.buffer_bytes, account.remaining_bytes());
+  for (int i = 0; i < static_cast<int>(array_member(document.json, "buffers").size()); ++i) {
+    auto buffer = catch_failure([&] { return read_buffer(document, parts, i, room); });
     if (!buffer) issues.add(std::move(buffer.error()));
     document.buffers.push_back(std::move(buffer).value_or(Bytes()));
   }
   for (const auto expand : {expand_meshopt, expand_draco}) {
     if (issues.has_error()) return std::nullopt;
-    if (const auto good = result_of([&] { expand(document); }); !good) issues.add(good.error());
+    if (const auto good = catch_failure([&] { expand(document); }); !good) issues.add(good.error());
   }
   if (issues.has_error()) return std::nullopt;
   std::uint64_t bytes_held = 0;
   for (const Bytes& buffer : document.buffers) bytes_held += buffer.size();
-  if (!account.take(bytes_held, 1)) {
-    issues.add(beyond_memory(path, "/buffers", "its buffers", limits.memory));
+  if (!account.try_reserve(bytes_held, 1)) {
+    issues.add(memory_limit_error(path, "/buffers", "its buffers", limits.memory));
     return std::nullopt;
   }
   if (!document.buffers.empty())
-    document.packed.end = {document.buffers.size() - 1, document.buffers.back().size()};
-  document.taken = limits.memory - account.left();
+    document.original_encoding.known_end = {document.buffers.size() - 1, document.buffers.back().size()};
+  document.memory_used = limits.memory - account.remaining_bytes();
   return document;
 }
 

@@ -15,18 +15,18 @@ bool is_made_of_triangles(const Json& primitive) {
 
 }  // namespace
 
-Uses uses_of(const Json& json) {
-  Uses uses;
-  const Json& meshes = array_of(json, "meshes");
+MaterialUses find_material_uses(const Json& json) {
+  MaterialUses uses;
+  const Json& meshes = array_member(json, "meshes");
   for (std::size_t m = 0; m < meshes.size(); ++m) {
-    const Json& primitives = array_of(meshes[m], "primitives");
+    const Json& primitives = array_member(meshes[m], "primitives");
     for (std::size_t p = 0; p < primitives.size(); ++p) {
       const Json& primitive = primitives[p];
       if (!is_made_of_triangles(primitive)) continue;
-      const Place place(static_cast<int>(m), static_cast<int>(p));
+      const PrimitiveIndex place(static_cast<int>(m), static_cast<int>(p));
       uses[index_of(member(primitive, "material"))].insert(place);
       const Json& variants = member(member(primitive, "extensions"), names::gltf::variants);
-      for (const Json& mapping : array_of(variants, "mappings")) {
+      for (const Json& mapping : array_member(variants, "mappings")) {
         uses[index_of(member(mapping, "material"))].insert(place);
       }
     }
@@ -34,7 +34,7 @@ Uses uses_of(const Json& json) {
   return uses;
 }
 
-Result<void> check_uvs(const GltfDocument& document, const std::set<Place>& places, int tex_coord) {
+Result<void> check_uvs(const GltfDocument& document, const std::set<PrimitiveIndex>& places, int tex_coord) {
   for (const auto& [mesh, primitive] : places) {
     const Json& json = document.json["meshes"][mesh]["primitives"][primitive];
     const std::string semantic = fmt::format("TEXCOORD_{}", tex_coord);

@@ -14,7 +14,7 @@ namespace selvedge {
 namespace {
 
 float float_of(const Json& value, double otherwise) {
-  return static_cast<float>(number_of(value, otherwise));
+  return static_cast<float>(number_or(value, otherwise));
 }
 
 template <class V>
@@ -61,7 +61,7 @@ class Reader {
                                             : AlphaMode::opaque;
     material.alpha_cutoff = float_of(member(json, "alphaCutoff"), 0.5);
     material.double_sided = member(json, "doubleSided") == true;
-    material.kept = read_kept(member(extensions, names::gltf::fabric_extension));
+    material.garment_textures = read_kept(member(extensions, names::gltf::fabric_extension));
     return material;
   }
 
@@ -75,7 +75,8 @@ class Reader {
       material.base_color_texture = read_texture(old, "diffuseTexture", within);
       material.metallic = 0;
       material.roughness = 1 - float_of(member(old, "glossinessFactor"), 1);
-      remark(scene_, fmt::format("{}{}: only diffuse colour and glossinessFactor are read", place_, within));
+      add_remark(scene_,
+                 fmt::format("{}{}: only diffuse colour and glossinessFactor are read", place_, within));
       return;
     }
     const Json& pbr = member(json, "pbrMetallicRoughness");
@@ -87,10 +88,10 @@ class Reader {
     material.metallic_roughness_texture = read_texture(pbr, "metallicRoughnessTexture", within);
   }
 
-  GarmentParts read_kept(const Json& extension) {
+  GarmentTextures read_kept(const Json& extension) {
     using namespace names::gltf;
     const std::string within = fmt::format("/extensions/{}", fabric_extension);
-    GarmentParts kept;
+    GarmentTextures kept;
     kept.mask = read_texture(extension, mask_texture, within);
     kept.mask_cutoff = float_of(member(extension, mask_cutoff), 0.5);
     kept.normal = read_texture(extension, normal_texture, within);
@@ -106,34 +107,34 @@ class Reader {
     const Json& info = member(owner, name);
     TextureReference texture;
     if (info.is_null()) return texture;
-    const auto [set, transform] = placement_of(info);
+    const auto [set, transform] = read_texture_mapping(info);
     texture.tex_coord = set;
     texture.transform = transform;
-    if (const std::optional<TransformFault> fault = range_fault_of(texture.transform)) {
+    if (const std::optional<TransformFault> fault = transform_range_fault(texture.transform)) {
       faults_->push_back({Code::gltf_malformed, document_.file,
                           fmt::format("{}{}/{}/extensions/{}/{}", place_, within, name,
                                       names::gltf::texture_transform, fault->member),
                           fault->reason});
     }
     const int number = index_of(member(info, "index"));
-    const Json& json = entry_of(document_, "textures", number);
+    const Json& json = root_entry(document_, "textures", number);
     if (json.is_null()) {
-      remark(scene_, fmt::format("there is no /textures/{}", number));
+      add_remark(scene_, fmt::format("there is no /textures/{}", number));
       return texture;
     }
     constexpr int nearest = 9728;
-    const Json& sampler = entry_of(document_, "samplers", index_of(member(json, "sampler")));
+    const Json& sampler = root_entry(document_, "samplers", index_of(member(json, "sampler")));
     texture.wrap_u = wrap_of(member(sampler, "wrapS"));
     texture.wrap_v = wrap_of(member(sampler, "wrapT"));
-    texture.nearest = member(sampler, "magFilter") == nearest;
+    texture.has_nearest_filter = member(sampler, "magFilter") == nearest;
     const Json& core = member(json, "source");
     const Json& webp = member(member(member(json, "extensions"), names::gltf::texture_webp), "source");
     if (core.is_null() && webp.is_null()) {
-      const std::string format = unread_format(json);
-      remark(scene_,
-             fmt::format("{}{}/{} of \"{}\" is {}, which is not read: gltf-transform (png, "
-                         "ktxdecompress) makes PNG of it",
-                         place_, within, name, name_, format.empty() ? "of an unknown format" : format));
+      const std::string format = unsupported_texture_format(json);
+      add_remark(scene_,
+                 fmt::format("{}{}/{} of \"{}\" is {}, which is not read: gltf-transform (png, "
+                             "ktxdecompress) makes PNG of it",
+                             place_, within, name, name_, format.empty() ? "of an unknown format" : format));
       return texture;
     }
     texture.image = add_image(index_of(core.is_null() ? webp : core));
@@ -155,7 +156,7 @@ class Reader {
       result = static_cast<int>(scene_.images.size());
       scene_.images.push_back(std::move(image));
     } else {
-      remark(scene_, fmt::format("/images/{}: {}", index, bytes.error().message));
+      add_remark(scene_, fmt::format("/images/{}: {}", index, bytes.error().message));
     }
     images_[index] = result;
     return result;
@@ -178,7 +179,7 @@ const Json& base_texture_of(const Json& material) {
                          : member(member(material, "pbrMetallicRoughness"), "baseColorTexture");
 }
 
-std::string unread_format(const Json& texture) {
+std::string unsupported_texture_format(const Json& texture) {
   for (const auto& [extension, format] :
        {std::pair("KHR_texture_basisu", "KTX2"), {"EXT_texture_avif", "AVIF"}, {"MSFT_texture_dds", "DDS"}})
     if (!member(member(texture, "extensions"), extension).is_null()) return format;
@@ -197,7 +198,7 @@ void read_materials(const GltfDocument& document, std::uint64_t image_bytes, std
     scene.fabrics.push_back(fabric ? std::move(*fabric) : SceneFabric());
   }
   Reader reader(document, image_bytes, scene);
-  const Json& materials = array_of(document.json, "materials");
+  const Json& materials = array_member(document.json, "materials");
   for (std::size_t i = 0; i < materials.size(); ++i) {
     const auto reference = read_fabric_reference(document, static_cast<int>(i), fabrics);
     if (!reference) issues.add(reference.error());
@@ -210,7 +211,7 @@ void read_materials(const GltfDocument& document, std::uint64_t image_bytes, std
   }
 }
 
-void remark(Scene& scene, std::string text) {
+void add_remark(Scene& scene, std::string text) {
   constexpr std::size_t max_remarks = 100;
   if (scene.remarks.size() >= max_remarks) return;
   if (std::ranges::find(scene.remarks, text) == scene.remarks.end()) {

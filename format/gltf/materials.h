@@ -18,9 +18,9 @@ void read_materials(const GltfDocument& document, std::uint64_t image_bytes, std
 const Json& base_texture_of(const Json& material);
 
 /// The format, not read, of a picture that an extension gives a texture: "KTX2", "AVIF", "DDS" or "".
-std::string unread_format(const Json& texture);
+std::string unsupported_texture_format(const Json& texture);
 
 /// Adds a remark, unless the scene has it already or has a hundred.
-void remark(Scene& scene, std::string text);
+void add_remark(Scene& scene, std::string text);
 
 }  // namespace selvedge

@@ -24,9 +24,9 @@ std::set<std::pair<int, bool>> drawn_pictures(const Scene& scene) {
     add(material.emissive_texture, true);
     // Drawn without a fabric, and compared with it by the checker.
     add(material.base_color_texture, true);
-    add(material.kept.mask, true);
-    add(material.kept.tint_texture, true);
-    add(material.kept.normal, false);
+    add(material.garment_textures.mask, true);
+    add(material.garment_textures.tint_texture, true);
+    add(material.garment_textures.normal, false);
     if (material.fabric) continue;
     add(material.metallic_roughness_texture, false);
     add(material.normal_texture, false);
@@ -36,21 +36,21 @@ std::set<std::pair<int, bool>> drawn_pictures(const Scene& scene) {
 
 }  // namespace
 
-Result<MemoryAccount> check_drawable(const Scene& scene, std::uint64_t limit) {
+Result<MemoryAccount> check_scene_memory(const Scene& scene, std::uint64_t limit) {
   MemoryAccount account(limit);
   const auto refuse = [&](const std::string& what) {
-    return tl::unexpected<Error>(beyond_memory(scene.file, "", what, limit));
+    return tl::unexpected<Error>(memory_limit_error(scene.file, "", what, limit));
   };
   for (const ScenePrimitive& primitive : scene.primitives) {
-    if (!account.take(primitive.positions.size(), bytes_per::vertex) ||
-        !account.take(primitive.indices.size(), bytes_per::index))
+    if (!account.try_reserve(primitive.positions.size(), bytes_per::vertex) ||
+        !account.try_reserve(primitive.indices.size(), bytes_per::index))
       return refuse("its primitives");
   }
   for (const SceneInstance& instance : scene.instances) {
     const ScenePrimitive& primitive = scene.primitives[instance.primitive];
-    if (!account.take(1, bytes_per::instance) ||
-        !account.take(primitive.positions.size(), bytes_per::placed_vertex) ||
-        !account.take(primitive.indices.size() / 3, bytes_per::placed_triangle))
+    if (!account.try_reserve(1, bytes_per::instance) ||
+        !account.try_reserve(primitive.positions.size(), bytes_per::placed_vertex) ||
+        !account.try_reserve(primitive.indices.size() / 3, bytes_per::placed_triangle))
       return refuse("its instances");
   }
   // A picture of one colour has a thousandth of its pixels in bytes, and takes as long as any other.
@@ -60,39 +60,40 @@ Result<MemoryAccount> check_drawable(const Scene& scene, std::uint64_t limit) {
     const std::uint64_t bytes = file.size();
     // PNG's depth: 16 bits take twice as long.
     const std::uint64_t times = bytes > 24 && file[0] == 0x89 && file[24] == 16 ? 2 : 1;
-    const std::uint64_t size = std::min(times * picture_pixels(file), std::uint64_t{1} << 40);
-    pixels += size - std::min(size, bytes * backed_pixels);
+    const std::uint64_t size = std::min(times * picture_pixel_count(file), std::uint64_t{1} << 40);
+    pixels += size - std::min(size, bytes * max_pixels_per_byte);
   }
-  if (pixels > max_unbacked_pixels) {
+  if (pixels > max_extra_pixels) {
     return fail(Code::file_too_large, scene.file, "",
                 fmt::format("its pictures have {} million pixels more than {} a byte", pixels / 1'000'000,
-                            backed_pixels));
+                            max_pixels_per_byte));
   }
   std::uint64_t encoded = 0;
   for (const SceneImage& image : scene.images) encoded += image.bytes.size();
   // The renderer has its own, and decoding copies what is needed of one.
-  if (!account.take(encoded, 3)) return refuse("its encoded pictures");
+  if (!account.try_reserve(encoded, 3)) return refuse("its encoded pictures");
   return account;
 }
 
-bool take_textures(MemoryAccount& account, std::uint64_t pixels, std::uint64_t largest,
-                   std::uint64_t encoded) {
-  return account.take(pixels, bytes_per::pixel) && account.take(largest, bytes_per::decoding) &&
-         account.take(encoded, bytes_per::encoded_pixel);
+bool try_reserve_textures(MemoryAccount& account, std::uint64_t pixels, std::uint64_t largest,
+                          std::uint64_t encoded) {
+  return account.try_reserve(pixels, bytes_per::texture_pixel) &&
+         account.try_reserve(largest, bytes_per::unfinished_texture_pixel) &&
+         account.try_reserve(encoded, bytes_per::decoded_picture_pixel);
 }
 
-Result<void> check_textures(const Scene& scene, MemoryAccount account) {
+Result<void> check_texture_memory(const Scene& scene, MemoryAccount account) {
   std::uint64_t pixels = 0;
   std::uint64_t largest = 0;
   const auto drawn = drawn_pictures(scene);
   for (const auto& [image, colour] : drawn) {
-    const std::uint64_t size = picture_pixels(scene.images[image].bytes);
+    const std::uint64_t size = picture_pixel_count(scene.images[image].bytes);
     pixels += std::min(size, account.limit());  // so that the sum of some thousand is no wrapped number
     largest = std::max(largest, size);
   }
-  if (take_textures(account, pixels, largest, largest)) return {};
+  if (try_reserve_textures(account, pixels, largest, largest)) return {};
   return tl::unexpected<Error>(
-      beyond_memory(scene.file, "", fmt::format("{} decoded pictures", drawn.size()), account.limit()));
+      memory_limit_error(scene.file, "", fmt::format("{} decoded pictures", drawn.size()), account.limit()));
 }
 
 }  // namespace selvedge

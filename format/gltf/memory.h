@@ -19,27 +19,28 @@ inline constexpr std::uint64_t instance = 320;         ///< of a primitive, with
 inline constexpr std::uint64_t placed_vertex = 256;    ///< of an instance: surface, merged mesh, projection
 inline constexpr std::uint64_t placed_triangle = 128;  ///< of an instance: corners and lists
 inline constexpr std::uint64_t shaded_vertex = 320;    ///< of an instance in an environment: fractions, light
-inline constexpr std::uint64_t pixel = 16;             ///< of a texture, with its levels
-inline constexpr std::uint64_t decoding = 24;      ///< of the largest texture, while it is made, beside that
-inline constexpr std::uint64_t encoded_pixel = 8;  ///< of the largest picture, while it is decoded
+inline constexpr std::uint64_t texture_pixel = 16;     ///< of a texture, with its levels
+inline constexpr std::uint64_t unfinished_texture_pixel =
+    24;  ///< of the largest texture, while it is made, beside that
+inline constexpr std::uint64_t decoded_picture_pixel = 8;  ///< of the largest picture, while it is decoded
 }  // namespace bytes_per
 
 /// Pixels that pictures may have for each of their bytes, and beyond that together.
-inline constexpr std::uint64_t backed_pixels = 32;
-inline constexpr std::uint64_t max_unbacked_pixels = std::uint64_t{1} << 29;
+inline constexpr std::uint64_t max_pixels_per_byte = 32;
+inline constexpr std::uint64_t max_extra_pixels = std::uint64_t{1} << 29;
 
 /// The memory that a scene and its encoded pictures leave of `limit` bytes when they are drawn;
 /// FILE_TOO_LARGE beyond it. Textures come on top, by what a frame shows of them
 /// (viewer/light/picture_textures.h).
-Result<MemoryAccount> check_drawable(const Scene& scene, std::uint64_t limit);
+Result<MemoryAccount> check_scene_memory(const Scene& scene, std::uint64_t limit);
 
 /// Whether textures of all its pictures fit as well, each in full size, as a frame from near may need them:
 /// FILE_TOO_LARGE. They are reckoned by the sizes in their headers (picture_size).
-Result<void> check_textures(const Scene& scene, MemoryAccount account);
+Result<void> check_texture_memory(const Scene& scene, MemoryAccount account);
 
 /// Takes the price of textures of `pixels` pixels in all, the largest of `largest`, of pictures the largest
 /// of which has `encoded`; false if that is more than there is.
-bool take_textures(MemoryAccount& account, std::uint64_t pixels, std::uint64_t largest,
-                   std::uint64_t encoded);
+bool try_reserve_textures(MemoryAccount& account, std::uint64_t pixels, std::uint64_t largest,
+                          std::uint64_t encoded);
 
 }  // namespace selvedge

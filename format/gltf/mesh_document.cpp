@@ -48,7 +48,7 @@ class MeshDocument {
   MeshDocument(const std::string& path, const GltfLimits& limits) : limits_(limits), account_(limits.memory) {
     document_.file = path;
     document_.folder = std::filesystem::path(path).parent_path().string();
-    document_.other_files = limits.other_files;
+    document_.external_files = limits.external_files;
     document_.json = Json::parse(R"({"asset": {"version": "2.0", "generator": "selvedge"}, "scene": 0,
       "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}], "meshes": [{"primitives": []}]})");
   }
@@ -66,7 +66,7 @@ class MeshDocument {
       }
     } else {
       const PlyFile ply = value_or_throw(read_ply(bytes, document_.file));
-      mesh_ = value_or_throw(mesh_of(ply, document_.file));
+      mesh_ = value_or_throw(ply_to_mesh(ply, document_.file));
       read_comments(ply.comments);
     }
     decode_colours();
@@ -74,13 +74,14 @@ class MeshDocument {
     if (!unknown_.empty())
       document_.remarks.push_back(fmt::format("no material file has \"{}\": left without colour and picture",
                                               fmt::join(unknown_, "\", \"")));
-    document_.taken = limits_.memory - account_.left();
+    document_.memory_used = limits_.memory - account_.remaining_bytes();
     return std::move(document_);
   }
 
  private:
   void take(std::uint64_t count, std::uint64_t price, const char* what) {
-    if (!account_.take(count, price)) throw Failure{beyond_memory(document_.file, "", what, limits_.memory)};
+    if (!account_.try_reserve(count, price))
+      throw Failure{memory_limit_error(document_.file, "", what, limits_.memory)};
   }
 
   /// The path of a file that the text names; other systems' separators and roots are understood, and so are
@@ -89,7 +90,7 @@ class MeshDocument {
   std::string path_of(std::string name, const char* place) {
     std::ranges::replace(name, '\\', '/');
     if (name.starts_with('/') || name.find(':') != std::string::npos) name = name.substr(name.rfind('/') + 1);
-    if (name.empty() || document_.other_files == OtherFiles::none) return {};
+    if (name.empty() || document_.external_files == ExternalFiles::none) return {};
     std::string path = (std::filesystem::path(document_.folder) / name).string();
     path = value_or_throw(resolve_uri(document_, relative_uri(path, document_.folder), place));
     std::error_code ignored;
@@ -228,7 +229,7 @@ class MeshDocument {
     if (!is_new) return entry->second;
     if (!name.empty() && !materials_.contains(name)) unknown_.push_back(name);
     const MtlMaterial& given = materials_[name];
-    Json material{{"name", name.empty() ? "cloth" : as_utf8(name)},  // JSON strings are UTF-8
+    Json material{{"name", name.empty() ? "cloth" : escape_invalid_utf8(name)},  // JSON strings are UTF-8
                   {"doubleSided", true},
                   {"pbrMetallicRoughness", {{"metallicFactor", 0}}}};
     Json& base = material["pbrMetallicRoughness"];
@@ -240,12 +241,12 @@ class MeshDocument {
       base["baseColorFactor"].push_back(1);
     }
     if (given.emission) material["emissiveFactor"] = factor(*given.emission);
-    set_picture(given.diffuse_map, base, "baseColorTexture", given.mask);
+    set_picture(given.diffuse_map, base, "baseColorTexture", given.mask_file);
     // A texture alone shows nothing, as the factor of glTF is 0 by default.
     if (set_picture(given.emission_map, material, "emissiveTexture") && !given.emission)
       material["emissiveFactor"] = Json::array({1, 1, 1});
     set_picture(given.normal_map, material, "normalTexture");
-    if (!given.mask.empty()) material["alphaMode"] = "MASK";
+    if (!given.mask_file.empty()) material["alphaMode"] = "MASK";
     document_.json["materials"].push_back(std::move(material));
     return entry->second;
   }
@@ -254,8 +255,8 @@ class MeshDocument {
   /// alpha, or where that is 1 everywhere its brightness.
   Json masked(const std::string& colours, const std::string& mask) {
     const auto read = [&](const std::string& path) {
-      const auto image =
-          path.empty() ? Image{1, 1, 4, {1, 1, 1, 1}} : read_image(path, Transfer::keep, account_.left());
+      const auto image = path.empty() ? Image{1, 1, 4, {1, 1, 1, 1}}
+                                      : read_image(path, Transfer::keep, account_.remaining_bytes());
       if (!image) document_.remarks.push_back(to_line(image.error()));
       return image.value_or(Image{1, 1, 4, {1, 1, 1, 1}});
     };
@@ -300,7 +301,7 @@ class MeshDocument {
     // MTL's v grows upwards.
     const UvTransform transform{V2d(map.offset.x, 1 - map.scale.y - map.offset.y), 0, map.scale};
     owner[key] = texture_info(entry->second, 0, transform);
-    if (owner[key].contains("extensions")) use_extension(document_.json, names::gltf::texture_transform);
+    if (owner[key].contains("extensions")) list_extension(document_.json, names::gltf::texture_transform);
     return true;
   }
 

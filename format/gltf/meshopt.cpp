@@ -71,7 +71,7 @@ const char* fault_of(const Stream& s) {
 
 Stream stream_of(GltfReader& reader, const Json& view, const Json& extension, const std::string& place) {
   const auto refuse = [&](Code code, std::string message) { reader.fail(code, place, std::move(message)); };
-  const auto size = [&](const char* key) { return size_of(member(extension, key)).value_or(0); };
+  const auto size = [&](const char* key) { return whole_number(member(extension, key)).value_or(0); };
   const Json& filter = member(extension, "filter");
   Stream stream{member(extension, "mode").get<StreamMode>(),
                 filter.get<Filter>(),
@@ -83,9 +83,9 @@ Stream stream_of(GltfReader& reader, const Json& view, const Json& extension, co
     refuse(Code::gltf_unsupported, fmt::format("filter \"{}\"", string_of(filter)));
   if (const char* fault = fault_of(stream)) refuse(Code::gltf_malformed, fault);
   const Json& view_stride = member(view, "byteStride");
-  if (!view_stride.is_null() && size_of(view_stride) != stream.stride)
+  if (!view_stride.is_null() && whole_number(view_stride) != stream.stride)
     refuse(Code::gltf_malformed, "byteStride differs from the view's");
-  if (size_of(member(view, "byteLength")) != stream.size())
+  if (whole_number(member(view, "byteLength")) != stream.size())
     refuse(Code::gltf_malformed, "count times byteStride is not the view's byteLength");
 
   const auto& buffers = reader.document.buffers;
@@ -136,12 +136,12 @@ bool has_plain_bytes(const GltfDocument& document, const Json& view) {
 /// readers without the extension need plain bytes.
 std::map<int, AccessorShape> fresh_views(const GltfDocument& document, const char* name) {
   std::map<int, AccessorShape> fresh;
-  if (!document.packed.required.contains(name)) return fresh;
+  if (!document.original_encoding.required_extensions.contains(name)) return fresh;
   GltfReader reader(document);
-  for (int i = 0; i < static_cast<int>(array_of(document.json, "accessors").size()); ++i) {
+  for (int i = 0; i < static_cast<int>(array_member(document.json, "accessors").size()); ++i) {
     const int number = index_of(member(document.json["accessors"][i], "bufferView"));
-    const Json& view = entry_of(document, "bufferViews", number);
-    if (!member(view, "target").is_null() && place_of(view) >= document.packed.end)
+    const Json& view = root_entry(document, "bufferViews", number);
+    if (!member(view, "target").is_null() && view_position(view) >= document.original_encoding.known_end)
       fresh.emplace(number, reader.accessor_shape(i, ""));
   }
   return fresh;
@@ -175,7 +175,7 @@ std::vector<std::uint32_t> as_multiples(std::span<const std::uint8_t> bytes) {
 Bytes encode(std::span<const std::uint8_t> bytes, const Json& view, const AccessorShape& shape,
              Json& extension) {
   const bool triangles = view["target"] == 34963;
-  const std::size_t stride = size_of(member(view, "byteStride")).value_or(shape.element_size());
+  const std::size_t stride = whole_number(member(view, "byteStride")).value_or(shape.element_size());
   const std::size_t count = bytes.size() / stride;
   extension["mode"] = triangles ? StreamMode::triangles : StreamMode::attributes;
   extension["count"] = count;
@@ -202,7 +202,7 @@ Bytes encode(std::span<const std::uint8_t> bytes, const Json& view, const Access
 
 void expand_meshopt(GltfDocument& document) {
   GltfReader reader(document);
-  const std::size_t views = array_of(document.json, "bufferViews").size();
+  const std::size_t views = array_member(document.json, "bufferViews").size();
   std::size_t budget = 0;  // views that share their bytes do not multiply them
   for (const Bytes& buffer : document.buffers) budget += bytes_per_byte * buffer.size();
   Bytes decoded;
@@ -221,7 +221,7 @@ void expand_meshopt(GltfDocument& document) {
       }
       budget -= stream.size();
       decoded.resize((decoded.size() + 15) / 16 * 16);
-      document.packed.meshopt_views.emplace(BytePlace(target, decoded.size()), view);
+      document.original_encoding.meshopt_views.emplace(BufferPosition(target, decoded.size()), view);
       view["buffer"] = target;
       view["byteOffset"] = decoded.size();
       decoded.resize(decoded.size() + stream.size());
@@ -238,7 +238,7 @@ void expand_meshopt(GltfDocument& document) {
     document.json["buffers"].push_back(Json{{"byteLength", decoded.size()}});
     document.buffers.push_back(std::move(decoded));
   }
-  for (const char* name : {meshopt, khr_meshopt}) drop_encoding(document, name);
+  for (const char* name : {meshopt, khr_meshopt}) unlist_encoding(document, name);
 }
 
 std::vector<std::uint32_t> order_triangles(std::vector<std::uint32_t>& indices, std::size_t vertices) {
@@ -253,22 +253,22 @@ std::vector<std::uint32_t> order_triangles(std::vector<std::uint32_t>& indices, 
   return former;
 }
 
-void pack_meshopt(GltfDocument& document) {
-  const std::map<BytePlace, Json>& packed = document.packed.meshopt_views;
-  if (packed.empty() && !document.packed.required.contains(meshopt)) return;
+void repack_meshopt(GltfDocument& document) {
+  const std::map<BufferPosition, Json>& packed = document.original_encoding.meshopt_views;
+  if (packed.empty() && !document.original_encoding.required_extensions.contains(meshopt)) return;
   const char* const name = packed.empty() ? meshopt : extension_of(packed.begin()->second);
   const std::map<int, AccessorShape> fresh = fresh_views(document, name);
   const std::size_t fallback = document.buffers.size();
   Bytes streams;
   std::size_t declared = 0;
-  for (int i = 0; i < static_cast<int>(array_of(document.json, "bufferViews").size()); ++i) {
+  for (int i = 0; i < static_cast<int>(array_member(document.json, "bufferViews").size()); ++i) {
     Json& view = document.json["bufferViews"][i];
-    if (const auto was = packed.find(place_of(view)); was != packed.end()) {
+    if (const auto was = packed.find(view_position(view)); was != packed.end()) {
       view = was->second;
-      use_encoding(document, extension_of(view));
+      relist_encoding(document, extension_of(view));
       if (has_plain_bytes(document, view)) continue;
     } else if (const auto shape = fresh.find(i); shape != fresh.end()) {
-      use_encoding(document, name);
+      relist_encoding(document, name);
       Json& extension = view["extensions"][name];
       const Bytes stream = encode(GltfReader(document).bytes(i, ""), view, shape->second, extension);
       extension["buffer"] = fallback + 1;
@@ -280,7 +280,7 @@ void pack_meshopt(GltfDocument& document) {
     }
     view["buffer"] = fallback;
     view["byteOffset"] = declared;
-    declared += (size_of(view["byteLength"]).value_or(0) + 15) / 16 * 16;
+    declared += (whole_number(view["byteLength"]).value_or(0) + 15) / 16 * 16;
   }
   if (declared == 0) return;
   document.json["buffers"].push_back(

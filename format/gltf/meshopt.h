@@ -15,10 +15,10 @@ namespace selvedge {
 /// that share streams and decode to too many bytes.
 void expand_meshopt(GltfDocument& document);
 
-/// Gives the views that were expanded their streams back (GltfDocument::packed). If the extension is
-/// required (PackedGeometry::required), views of new vertices and indices are compressed too, without loss.
-/// Decoded bytes have their places in a buffer that is only declared.
-void pack_meshopt(GltfDocument& document);
+/// Gives the views that were expanded their streams back (GltfDocument::original_encoding). If the extension
+/// is required (OriginalEncoding::required_extensions), views of new vertices and indices are compressed too,
+/// without loss. Decoded bytes have their places in a buffer that is only declared.
+void repack_meshopt(GltfDocument& document);
 
 /// Orders triangles so that neighbours follow each other, which graphics processors and encoders like, and
 /// numbers the vertices by their first use. Returns the former number of each; vertices without a triangle

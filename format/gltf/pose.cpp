@@ -38,8 +38,8 @@ void add_target(GltfReader& reader, const Json& target, double weight, const std
   add(V3d(), "TANGENT", vertices.tangents);
   add(V2d(), "TEXCOORD_0", vertices.tex_coords[0]);
   add(V2d(), "TEXCOORD_1", vertices.tex_coords[1]);
-  const Json& color = entry_of(reader.document, "accessors", index_of(member(target, "COLOR_0")));
-  if (components_of(color) == 4) return add(V4f(), "COLOR_0", vertices.colors);
+  const Json& color = root_entry(reader.document, "accessors", index_of(member(target, "COLOR_0")));
+  if (component_count(color) == 4) return add(V4f(), "COLOR_0", vertices.colors);
   add(V3f(), "COLOR_0", vertices.colors);
 }
 
@@ -109,10 +109,10 @@ void skin(const std::vector<M44d>& matrices, ScenePrimitive& vertices) {
 }  // namespace
 
 NodeTransforms::NodeTransforms(const GltfDocument& document) {
-  const Json& nodes = array_of(document.json, "nodes");
+  const Json& nodes = array_member(document.json, "nodes");
   parents_.assign(nodes.size(), -1);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    for (const Json& child : array_of(nodes[i], "children")) {
+    for (const Json& child : array_member(nodes[i], "children")) {
       const auto number = static_cast<std::size_t>(index_of(child));
       if (number < parents_.size()) parents_[number] = static_cast<int>(i);
     }
@@ -145,12 +145,12 @@ Pose pose_of(GltfReader& reader, const Json& node, const Json& mesh, NodeTransfo
              const std::string& place_of_node) {
   Pose pose;
   const Json& owner = member(node, "weights").is_array() ? node : mesh;
-  for (const Json& weight : array_of(owner, "weights")) pose.weights.push_back(number_of(weight, 0));
+  for (const Json& weight : array_member(owner, "weights")) pose.weights.push_back(number_or(weight, 0));
   const Json& number = member(node, "skin");
   if (number.is_null()) return pose;
   const std::string place = fmt::format("/skins/{}", index_of(number));
   const Json& skin = reader.entry("skins", index_of(number), place_of_node + "/skin");
-  const Json& joints = array_of(skin, "joints");
+  const Json& joints = array_member(skin, "joints");
   std::vector<double> inverse;
   if (const Json& accessor = member(skin, "inverseBindMatrices"); !accessor.is_null()) {
     const std::string where = place + "/inverseBindMatrices";
@@ -171,7 +171,7 @@ Pose pose_of(GltfReader& reader, const Json& node, const Json& mesh, NodeTransfo
 
 void apply_pose(GltfReader& reader, const Json& primitive, const std::string& place, const Pose& pose,
                 ScenePrimitive& vertices) {
-  const Json& targets = array_of(primitive, "targets");
+  const Json& targets = array_member(primitive, "targets");
   bool morphed = false;
   for (std::size_t t = 0; t < std::min(targets.size(), pose.weights.size()); ++t) {
     if (pose.weights[t] == 0) continue;

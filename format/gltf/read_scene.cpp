@@ -40,24 +40,24 @@ bool is_positive(double value) { return std::isfinite(value) && value > 0; }
 void read_camera(const GltfDocument& document, const Json& node, const M44d& world, Scene& scene) {
   const int index = index_of(member(node, "camera"));
   if (index < 0) return;
-  const Json& json = entry_of(document, "cameras", index);
+  const Json& json = root_entry(document, "cameras", index);
   SceneCamera camera;
   camera.world = world;
   camera.name = name_of(json, node);
-  camera.perspective = member(json, "type") != "orthographic";
-  const Json& lens = member(json, camera.perspective ? "perspective" : "orthographic");
-  const auto number = [&](const char* key) { return number_of(member(lens, key), 0); };
+  camera.is_perspective = member(json, "type") != "orthographic";
+  const Json& lens = member(json, camera.is_perspective ? "perspective" : "orthographic");
+  const auto number = [&](const char* key) { return number_or(member(lens, key), 0); };
   camera.znear = number("znear");
   camera.yfov = number("yfov");
-  camera.magnification = V2d(number("xmag"), number("ymag"));
+  camera.half_size = V2d(number("xmag"), number("ymag"));
   if (const double far = number("zfar"); far > camera.znear) camera.zfar = far;
   if (const double aspect = number("aspectRatio"); is_positive(aspect)) camera.aspect = aspect;
-  const bool has_lens = camera.perspective
-                            ? is_positive(camera.yfov) && camera.yfov < std::numbers::pi && camera.znear > 0
-                            : is_positive(camera.magnification.x) && is_positive(camera.magnification.y) &&
-                                  camera.zfar.has_value();
+  const bool has_lens =
+      camera.is_perspective
+          ? is_positive(camera.yfov) && camera.yfov < std::numbers::pi && camera.znear > 0
+          : is_positive(camera.half_size.x) && is_positive(camera.half_size.y) && camera.zfar.has_value();
   if (has_lens && finite(world) && row(world, 2).length() > 0) return scene.cameras.push_back(camera);
-  remark(scene, fmt::format("/cameras/{}: nothing can be seen through it; left out", index));
+  add_remark(scene, fmt::format("/cameras/{}: nothing can be seen through it; left out", index));
 }
 
 /// Adds the node's light (KHR_lights_punctual), if it has one. A light with numbers out of range is left out
@@ -67,9 +67,11 @@ void read_light(const GltfDocument& document, const Json& node, const M44d& worl
   const Json& number = member(member(member(node, "extensions"), lights_punctual), "light");
   if (number.is_null()) return;
   const int index = index_of(number);
-  const Json& lights = array_of(member(member(document.json, "extensions"), lights_punctual), "lights");
+  const Json& lights = array_member(member(member(document.json, "extensions"), lights_punctual), "lights");
   const std::string place = fmt::format("/extensions/{}/lights/{}", lights_punctual, index);
-  const auto leave_out = [&](const char* why) { remark(scene, fmt::format("{}: {}; left out", place, why)); };
+  const auto leave_out = [&](const char* why) {
+    add_remark(scene, fmt::format("{}: {}; left out", place, why));
+  };
   if (static_cast<std::size_t>(index) >= lights.size()) return leave_out("there is no such light");
   const Json& json = lights[index];
   SceneLight light;
@@ -84,16 +86,16 @@ void read_light(const GltfDocument& document, const Json& node, const M44d& worl
   }
   const Json& color = member(json, "color");
   for (std::size_t c = 0; color.is_array() && c < 3 && c < color.size(); ++c)
-    light.color[static_cast<int>(c)] = static_cast<float>(number_of(color[c], 1));
-  light.intensity = static_cast<float>(number_of(member(json, "intensity"), 1));
-  light.range = number_of(member(json, "range"), 0);
+    light.color[static_cast<int>(c)] = static_cast<float>(number_or(color[c], 1));
+  light.intensity = static_cast<float>(number_or(member(json, "intensity"), 1));
+  light.range = number_or(member(json, "range"), 0);
   light.position = V3d(world[3][0], world[3][1], world[3][2]);
   // The extension ignores scales.
   light.direction = -row(world, 2).normalized();
   if (light.kind == LightKind::spot) {
     const Json& spot = member(json, "spot");
-    light.inner_cone = number_of(member(spot, "innerConeAngle"), 0);
-    light.outer_cone = number_of(member(spot, "outerConeAngle"), std::numbers::pi / 4);
+    light.inner_cone = number_or(member(spot, "innerConeAngle"), 0);
+    light.outer_cone = number_or(member(spot, "outerConeAngle"), std::numbers::pi / 4);
     if (!(light.inner_cone >= 0 && light.inner_cone < light.outer_cone &&
           light.outer_cone <= std::numbers::pi / 2))
       return leave_out("the angles of its cone are out of range");
@@ -148,37 +150,37 @@ constexpr std::uint64_t max_moved_vertices = std::uint64_t{1} << 26;
 
 class SceneReader {
  public:
-  /// `everything`: reads all nodes, and goes on after an error.
+  /// `everything`: reads all nodes, and continues after an error.
   SceneReader(const GltfDocument& document, const SceneLimits& limits, bool everything, IssueSink& issues)
       : document_(document),
         limits_(limits),
-        memory_(limits.document.memory - std::min(limits.document.memory, document.taken)),
+        memory_(limits.document.memory - std::min(limits.document.memory, document.memory_used)),
         everything_(everything),
         issues_(issues) {
-    limits_.vertices = std::min(limits_.vertices, unbacked_elements(document));
+    limits_.vertices = std::min(limits_.vertices, max_unbacked_elements(document));
   }
 
   Scene read(const SceneChoice& choice) {
     scene_.file = document_.file;
-    const int scene = choose("--scene", choice.scene, array_of(document_.json, "scenes"));
+    const int scene = choose("--scene", choice.scene, array_member(document_.json, "scenes"));
     const Json& extension = member(member(document_.json, "extensions"), names::gltf::variants);
-    variant_ = choose("--variant", choice.variant, array_of(extension, "variants"));
+    variant_ = choose("--variant", choice.variant, array_member(extension, "variants"));
     if (issues_.has_error()) return {};
-    for (const Json& variant : array_of(extension, "variants"))
+    for (const Json& variant : array_member(extension, "variants"))
       scene_.variants.push_back(string_of(member(variant, "name")));
-    for (const std::string& text : document_.remarks) remark(scene_, text);
-    if (member(document_.json, "extensions").contains("VRM")) scene_.front = 180;
-    read_materials(document_, limits_.image_bytes, memory_.left(), scene_, issues_);
+    for (const std::string& text : document_.remarks) add_remark(scene_, text);
+    if (member(document_.json, "extensions").contains("VRM")) scene_.front_azimuth = 180;
+    read_materials(document_, limits_.image_bytes, memory_.remaining_bytes(), scene_, issues_);
     std::uint64_t held = 0;
     for (const SceneImage& image : scene_.images) held += image.bytes.size();
     for (const SceneFabric& fabric : scene_.fabrics) held += fabric.bytes.size();
-    if (!memory_.take(held, 1)) {
-      add(beyond_memory(document_.file, "", "its pictures and fabrics", limits_.document.memory));
+    if (!memory_.try_reserve(held, 1)) {
+      add(memory_limit_error(document_.file, "", "its pictures and fabrics", limits_.document.memory));
       return {};
     }
     read_nodes(roots(scene));
     remark_on_unread_features();
-    scene_.memory_left = memory_.left();
+    scene_.memory_left = memory_.remaining_bytes();
     return std::move(scene_);
   }
 
@@ -199,7 +201,7 @@ class SceneReader {
   /// Whether the work was done: a Failure is added to the issues.
   template <class F>
   bool attempt(const F& work) {
-    const auto done = result_of(work);
+    const auto done = catch_failure(work);
     if (!done) add(done.error());
     return done.has_value();
   }
@@ -214,7 +216,7 @@ class SceneReader {
         fmt::format("{} {} {}", mesh, index_of(member(node, "skin")), member(node, "weights").dump()));
     if (!fresh) return entry->second;
     const Pose pose = pose_of(reader, node, json, transforms_, place);
-    const Json& primitives = array_of(json, "primitives");
+    const Json& primitives = array_member(json, "primitives");
     for (std::size_t p = 0; p < primitives.size() && !is_done(); ++p) {
       std::optional<ScenePrimitive> primitive;
       // Each by itself, so that the faults of all are found.
@@ -232,28 +234,28 @@ class SceneReader {
     const Json& json = mesh_json["primitives"][index];
     const std::string place = fmt::format("/meshes/{}/primitives/{}", mesh, index);
     if (!has_room(json))
-      throw Failure{beyond_memory(document_.file, place, "its vertices", limits_.document.memory)};
+      throw Failure{memory_limit_error(document_.file, place, "its vertices", limits_.document.memory)};
     GltfReader reader(document_);
     const Json& attributes = member(json, "attributes");
     std::size_t moves = std::ranges::count_if(pose.weights, [](double weight) { return weight != 0; });
     for (const auto& [name, accessor] : attributes.items()) moves += name.starts_with("JOINTS_") ? 1 : 0;
-    if (!moved_vertices_.take(moves, declared_count(member(attributes, "POSITION"))))
+    if (!moved_vertices_.try_reserve(moves, declared_count(member(attributes, "POSITION"))))
       reader.fail(Code::file_too_large, place,
                   fmt::format("morph targets and joints move more than {} vertices", max_moved_vertices));
     auto read = selvedge::read_primitive(reader, json, place, limits_.vertices - vertices_, pose);
     if (!read) {
-      remark(scene_, fmt::format("{}: left out, for it has no triangles or no POSITION", place));
+      add_remark(scene_, fmt::format("{}: left out, for it has no triangles or no POSITION", place));
       return std::nullopt;
     }
     const std::size_t given = read->positions.size();
     if (mend_normals(*read)) {
       // Flat normals make a vertex of every corner.
       if (read->positions.size() > limits_.vertices - vertices_ ||
-          !memory_.take(read->positions.size() - given, bytes_per::vertex))
-        throw Failure{beyond_memory(document_.file, place, "its vertices", limits_.document.memory)};
+          !memory_.try_reserve(read->positions.size() - given, bytes_per::vertex))
+        throw Failure{memory_limit_error(document_.file, place, "its vertices", limits_.document.memory)};
       const std::string normals = "has normals of length 0, which are made from the triangles around them";
       issues_.add(Code::gltf_advice, place + "/attributes/NORMAL", normals);
-      remark(scene_, fmt::format("{}/attributes/NORMAL {}", place, normals));
+      add_remark(scene_, fmt::format("{}/attributes/NORMAL {}", place, normals));
     }
     vertices_ += read->positions.size();
     indices_ += read->indices.size();
@@ -267,18 +269,18 @@ class SceneReader {
     const std::string name = string_of(member(mesh_json, "name"));
     read->name = fmt::format("{}/{}", name.empty() ? fmt::format("mesh {}", mesh) : name, index);
     read->mesh = mesh;
-    read->index = index;
+    read->primitive_index = index;
     return read;
   }
 
   /// Elements of an accessor, as it declares itself. Faults are found where it is read, such as more elements
   /// than the view has.
   std::size_t declared_count(const Json& accessor) const {
-    const auto count = result_of([&] {
+    const auto count = catch_failure([&] {
       GltfReader reader(document_);
       const int index = index_of(accessor);
       const AccessorShape shape = reader.accessor_shape(index, "");
-      const int view = index_of(member(entry_of(document_, "accessors", index), "bufferView"));
+      const int view = index_of(member(root_entry(document_, "accessors", index), "bufferView"));
       if (view < 0) return shape.count;
       return std::min(shape.count, reader.bytes(view, "").size() / shape.element_size() + 1);
     });
@@ -295,11 +297,12 @@ class SceneReader {
     const std::uint64_t indices = std::uint64_t{listed} * (triangles ? 1 : 3);
     // Flat normals make a vertex of every corner.
     const bool flat = member(attributes, "NORMAL").is_null();
-    return memory_.take(flat ? std::max<std::uint64_t>(vertices, indices) : vertices, bytes_per::vertex) &&
-           memory_.take(indices, bytes_per::index);
+    return memory_.try_reserve(flat ? std::max<std::uint64_t>(vertices, indices) : vertices,
+                               bytes_per::vertex) &&
+           memory_.try_reserve(indices, bytes_per::index);
   }
 
-  /// The same of primitives in so many places.
+  /// The same of primitives with this number of instances.
   bool has_room(const std::vector<int>& primitives, std::size_t places) {
     std::uint64_t vertices = 0;
     std::uint64_t triangles = 0;
@@ -307,18 +310,18 @@ class SceneReader {
       vertices += scene_.primitives[primitive].positions.size();
       triangles += scene_.primitives[primitive].indices.size() / 3;
     }
-    return memory_.take(places * primitives.size(), bytes_per::instance) &&
-           memory_.take(places, vertices * bytes_per::placed_vertex) &&
-           memory_.take(places, triangles * bytes_per::placed_triangle);
+    return memory_.try_reserve(places * primitives.size(), bytes_per::instance) &&
+           memory_.try_reserve(places, vertices * bytes_per::placed_vertex) &&
+           memory_.try_reserve(places, triangles * bytes_per::placed_triangle);
   }
 
   static const Json& mappings_of(const Json& primitive) {
-    return array_of(member(member(primitive, "extensions"), names::gltf::variants), "mappings");
+    return array_member(member(member(primitive, "extensions"), names::gltf::variants), "mappings");
   }
 
   int material_of_variant(const Json& primitive, int otherwise) const {
     for (const Json& mapping : mappings_of(primitive)) {
-      const Json& variants = array_of(mapping, "variants");
+      const Json& variants = array_member(mapping, "variants");
       const bool meant =
           std::ranges::any_of(variants, [&](const Json& v) { return index_of(v) == variant_; });
       if (meant) return index_of(member(mapping, "material"));
@@ -332,13 +335,13 @@ class SceneReader {
     const auto add = [&](const Json& nodes) {
       for (const Json& node : nodes) open.push_back(index_of(node));
     };
-    add(array_of(entry_of(document_, "scenes", scene), "nodes"));
+    add(array_member(root_entry(document_, "scenes", scene), "nodes"));
     while (!open.empty()) {
-      const Json& node = entry_of(document_, "nodes", open.back());
+      const Json& node = root_entry(document_, "nodes", open.back());
       const bool is_new = visited.insert(open.back()).second;
       open.pop_back();
       if (!member(node, "mesh").is_null()) return true;
-      if (is_new) add(array_of(node, "children"));
+      if (is_new) add(array_member(node, "children"));
     }
     return false;
   }
@@ -347,12 +350,12 @@ class SceneReader {
   int default_scene() {
     const int stated = std::max(0, index_of(member(document_.json, "scene")));
     std::set<int> visited;
-    if (entry_of(document_, "scenes", stated).is_null() || shows_mesh(stated, visited)) return stated;
-    const Json& scenes = array_of(document_.json, "scenes");
+    if (root_entry(document_, "scenes", stated).is_null() || shows_mesh(stated, visited)) return stated;
+    const Json& scenes = array_member(document_.json, "scenes");
     for (int i = 0; i < static_cast<int>(scenes.size()); ++i) {
       if (!shows_mesh(i, visited)) continue;
-      remark(scene_, fmt::format("scene {}, the default one, shows no mesh: scene {} \"{}\" is read", stated,
-                                 i, string_of(member(scenes[i], "name"))));
+      add_remark(scene_, fmt::format("scene {}, the default one, shows no mesh: scene {} \"{}\" is read",
+                                     stated, i, string_of(member(scenes[i], "name"))));
       return i;
     }
     return stated;
@@ -362,16 +365,16 @@ class SceneReader {
   /// nodes without a parent.
   std::vector<int> roots(int scene) {
     std::vector<int> result;
-    const Json& scenes = array_of(document_.json, "scenes");
+    const Json& scenes = array_member(document_.json, "scenes");
     if (!scenes.empty()) {
       if (scene < 0) scene = default_scene();
-      const Json& chosen = entry_of(document_, "scenes", scene);
+      const Json& chosen = root_entry(document_, "scenes", scene);
       if (chosen.is_null()) result.push_back(-1);  // not a node
-      for (const Json& node : array_of(chosen, "nodes")) result.push_back(index_of(node));
+      for (const Json& node : array_member(chosen, "nodes")) result.push_back(index_of(node));
       if (!everything_) return result;
     }
     const std::set<int> listed(result.begin(), result.end());
-    for (int i = 0; i < static_cast<int>(array_of(document_.json, "nodes").size()); ++i) {
+    for (int i = 0; i < static_cast<int>(array_member(document_.json, "nodes").size()); ++i) {
       if (!transforms_.has_parent(i) && !listed.contains(i)) result.push_back(i);
     }
     return result;
@@ -391,7 +394,7 @@ class SceneReader {
       auto [index, parent, visible] = open.back();
       open.pop_back();
       const std::string place = fmt::format("/nodes/{}", index);
-      const Json& node = entry_of(document_, "nodes", index);
+      const Json& node = root_entry(document_, "nodes", index);
       const std::optional<M44d> local = local_transform(node);
       const bool is_new = visited.insert(index).second;
       if (node.is_null()) {
@@ -402,11 +405,11 @@ class SceneReader {
       if (node.is_null() || !is_new || !local) continue;
       const M44d world = *local * parent;
       visible = visible && is_visible(node);
-      if (!visible) remark(scene_, "nodes that KHR_node_visibility hides are left out");
+      if (!visible) add_remark(scene_, "nodes that KHR_node_visibility hides are left out");
       if (visible) attempt([&] { read_mesh_of_node(node, place, world); });
       read_camera(document_, node, world, scene_);
       if (visible) read_light(document_, node, world, scene_);
-      const Json& children = array_of(node, "children");
+      const Json& children = array_member(node, "children");
       for (std::size_t c = children.size(); c-- > 0;) open.push_back({index_of(children[c]), world, visible});
     }
     if (everything_ && !exhausted_) read_the_rest(visited);
@@ -414,11 +417,11 @@ class SceneReader {
 
   /// Meshes and nodes that no scene shows.
   void read_the_rest(const std::set<int>& visited) {
-    for (int i = 0; i < static_cast<int>(array_of(document_.json, "nodes").size()); ++i) {
+    for (int i = 0; i < static_cast<int>(array_member(document_.json, "nodes").size()); ++i) {
       if (!visited.contains(i))
         add(Code::gltf_malformed, fmt::format("/nodes/{}", i), "the node is its own ancestor");
     }
-    for (int m = 0; m < static_cast<int>(array_of(document_.json, "meshes").size()); ++m) {
+    for (int m = 0; m < static_cast<int>(array_member(document_.json, "meshes").size()); ++m) {
       if (!shown_.contains(m)) attempt([&] { read_mesh(m, Json::object(), ""); });
     }
   }
@@ -434,7 +437,7 @@ class SceneReader {
     if (places.size() * primitives.size() > limits_.instances - scene_.instances.size())
       reader.fail(Code::file_too_large, place, "too many instances");
     if (!has_room(primitives, places.size()))
-      throw Failure{beyond_memory(document_.file, place, "its instances", limits_.document.memory)};
+      throw Failure{memory_limit_error(document_.file, place, "its instances", limits_.document.memory)};
     for (const M44d& at : places) {
       for (const int primitive : primitives) scene_.instances.push_back({primitive, at});
     }
@@ -460,10 +463,10 @@ class SceneReader {
   }
 
   void remark_on_unread_features() {
-    if (!member(document_.json, "animations").is_null()) remark(scene_, "animations are not played");
-    for (const Json& name : array_of(document_.json, "extensionsUsed")) {
+    if (!member(document_.json, "animations").is_null()) add_remark(scene_, "animations are not played");
+    for (const Json& name : array_member(document_.json, "extensionsUsed")) {
       if (name == names::gltf::variants && variant_ < 0)
-        remark(scene_, "KHR_materials_variants: the default materials are used");
+        add_remark(scene_, "KHR_materials_variants: the default materials are used");
     }
   }
 
@@ -495,7 +498,7 @@ Result<Scene> read_scene(const GltfDocument& document, const SceneLimits& limits
   return scene;
 }
 
-Scene read_everything(const GltfDocument& document, const SceneLimits& limits, IssueSink& issues) {
+Scene read_whole_document(const GltfDocument& document, const SceneLimits& limits, IssueSink& issues) {
   return SceneReader(document, limits, true, issues).read({});
 }
 

@@ -14,9 +14,9 @@ struct GltfDocument;
 
 /// The scene and the variant to read, by name or number; empty: the file's own choice.
 struct SceneChoice {
-  std::string scene;        ///< else the default scene, else the first, else all root nodes
-  std::string variant;      ///< of KHR_materials_variants; else the primitives' own materials
-  bool all_fabrics = true;  ///< also fabrics that nothing wears are loaded
+  std::string scene;                 ///< else the default scene, else the first, else all root nodes
+  std::string variant;               ///< of KHR_materials_variants; else the primitives' own materials
+  bool loads_unused_fabrics = true;  ///< also fabrics that nothing wears are loaded
 };
 
 /// Reads a scene of a .gltf or .glb file.
@@ -40,6 +40,6 @@ Result<Scene> read_scene(const GltfDocument& document, const SceneLimits& limits
 
 /// For a checker: reads every node and every mesh, in a scene or not, and adds all errors to `issues`. Broken
 /// nodes and meshes are missing in the scene.
-Scene read_everything(const GltfDocument& document, const SceneLimits& limits, IssueSink& issues);
+Scene read_whole_document(const GltfDocument& document, const SceneLimits& limits, IssueSink& issues);
 
 }  // namespace selvedge

@@ -54,19 +54,19 @@ class ReferenceCheck {
   void check() {
     for (const Reference& reference : references) follow(document_.json, reference.path, "", reference.array);
     check_tree();
-    const Json& animations = array_of(document_.json, "animations");
+    const Json& animations = array_member(document_.json, "animations");
     for (std::size_t i = 0; i < animations.size(); ++i) {
       const std::string place = fmt::format("/animations/{}", i);
-      const Json& channels = array_of(animations[i], "channels");
+      const Json& channels = array_member(animations[i], "channels");
       for (std::size_t k = 0; k < channels.size(); ++k)
         need(animations[i], "samplers", member(channels[k], "sampler"),
              fmt::format("{}/channels/{}/sampler", place, k), place);
     }
-    const Json& materials = array_of(document_.json, "materials");
+    const Json& materials = array_member(document_.json, "materials");
     for (std::size_t i = 0; i < materials.size(); ++i)
       check_textures(materials[i], fmt::format("/materials/{}", i));
-    for (std::size_t i = 0; i < array_of(document_.json, "bufferViews").size(); ++i) {
-      const auto good = result_of(
+    for (std::size_t i = 0; i < array_member(document_.json, "bufferViews").size(); ++i) {
+      const auto good = catch_failure(
           [&] { GltfReader(document_).view(static_cast<int>(i), fmt::format("/bufferViews/{}", i)); });
       if (!good) issues_.add(good.error());
     }
@@ -78,7 +78,7 @@ class ReferenceCheck {
             const std::string& array_place) {
     if (number.is_null()) return;
     const int index = index_of(number);
-    if (index < 0 || static_cast<std::size_t>(index) >= array_of(owner, array).size())
+    if (index < 0 || static_cast<std::size_t>(index) >= array_member(owner, array).size())
       issues_.add(Code::gltf_accessor, place, fmt::format("there is no {}/{}/{}", array_place, array, index));
   }
 
@@ -90,17 +90,17 @@ class ReferenceCheck {
 
   /// A node has one parent at most, and a scene's node none.
   void check_tree() {
-    const Json& nodes = array_of(document_.json, "nodes");
+    const Json& nodes = array_member(document_.json, "nodes");
     std::vector<int> parents(nodes.size());
     const auto reach = [&](int index) {
       if (index < 0 || static_cast<std::size_t>(index) >= parents.size() || parents[index]++ == 0) return;
       issues_.add(Code::gltf_malformed, fmt::format("/nodes/{}", index), "the node is reached twice");
     };
     for (const Json& node : nodes)
-      for (const Json& child : array_of(node, "children")) reach(index_of(child));
+      for (const Json& child : array_member(node, "children")) reach(index_of(child));
     std::set<int> roots;
-    for (const Json& scene : array_of(document_.json, "scenes"))
-      for (const Json& node : array_of(scene, "nodes")) roots.insert(index_of(node));
+    for (const Json& scene : array_member(document_.json, "scenes"))
+      for (const Json& node : array_member(scene, "nodes")) roots.insert(index_of(node));
     for (const int root : roots) reach(root);
   }
 
@@ -112,14 +112,14 @@ class ReferenceCheck {
     const std::string_view rest = path.substr(end);
     if (key != "*") return follow(member(json, key.c_str()), rest, place + "/" + key, array);
     if (!json.is_structured()) return;
-    for (const auto& [name, child] : json.items()) follow(child, rest, pointer_to(place, name), array);
+    for (const auto& [name, child] : json.items()) follow(child, rest, member_pointer(place, name), array);
   }
 
   void check_textures(const Json& json, const std::string& place) {
     if (!json.is_structured()) return;
     for (const auto& [key, child] : json.items()) {
       if (key == "extras" || key == names::gltf::fabric_extension) continue;
-      const std::string at = pointer_to(place, key);
+      const std::string at = member_pointer(place, key);
       if (key.ends_with("Texture")) need("textures", member(child, names::gltf::index), at + "/index");
       check_textures(child, at);
     }
@@ -139,8 +139,8 @@ Result<void> check_references(const GltfDocument& document) {
   IssueSink issues(document.file);
   check_references(document, issues);
   if (issues.has_error()) return tl::unexpected(issues.first_error());
-  return result_of([&] {
-    for (std::size_t i = 0; i < array_of(document.json, "bufferViews").size(); ++i)
+  return catch_failure([&] {
+    for (std::size_t i = 0; i < array_member(document.json, "bufferViews").size(); ++i)
       GltfReader(document).bytes(static_cast<int>(i), fmt::format("/bufferViews/{}", i));
   });
 }

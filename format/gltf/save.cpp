@@ -31,7 +31,7 @@ struct Range {
   std::size_t end = 0;
 };
 
-/// Whether the entry of "buffers" declares places of decoded bytes (pack_meshopt), which the file lacks.
+/// Whether the entry of "buffers" declares places of decoded bytes (repack_meshopt), which the file lacks.
 bool is_declared_only(const Json& buffer) {
   const Json& extensions = member(buffer, "extensions");
   const auto is_fallback = [](const Json& extension) { return member(extension, "fallback") == true; };
@@ -51,7 +51,7 @@ void find_ranges(const GltfDocument& document, Json& json, std::vector<Range>& r
     if (begin <= size) {
       json["byteOffset"] = begin;
       // Without a length of its own, an unknown extension's range may reach to the end.
-      const std::size_t length = size_of(member(json, "byteLength")).value_or(size);
+      const std::size_t length = whole_number(member(json, "byteLength")).value_or(size);
       ranges.push_back({&json, buffer, begin, begin + std::min(length, size - begin)});
     }
   }
@@ -102,7 +102,7 @@ Bytes merge_buffers(GltfDocument& document) {
 
 /// Embeds pictures that have a URI; missing ones, and files that are no picture, keep it.
 void embed_images(GltfDocument& document) {
-  for (std::size_t i = 0; i < array_of(document.json, "images").size(); ++i) {
+  for (std::size_t i = 0; i < array_member(document.json, "images").size(); ++i) {
     const std::string address = string_of(member(document.json["images"][i], "uri"));
     if (address.empty()) continue;
     const bool inlined = address.starts_with("data:");
@@ -166,18 +166,18 @@ Result<StagedGltf> stage(GltfDocument& document, const std::string& path) {
   if (!binary && !has_ending(output.filename().string(), ".gltf"))
     return fail(Code::option_out_of_range, path, "", "the output has to end in .glb or .gltf");
   std::set<fs::path> inputs;
-  for (const Json& buffer : array_of(document.json, "buffers")) {
+  for (const Json& buffer : array_member(document.json, "buffers")) {
     const std::string uri = string_of(member(buffer, "uri"));
     const auto input = resolve_uri(document, uri, "");
     if (!uri.empty() && input) inputs.insert(*input);
   }
-  pack_draco(document);
-  pack_meshopt(document);
-  move_document(document, output.parent_path().string());
+  repack_draco(document);
+  repack_meshopt(document);
+  rebase_uris(document, output.parent_path().string());
   StagedGltf staged;
   if (binary) {
     const Bytes file = value_or_throw(pack(document, path));
-    staged.bytes = file.size();
+    staged.byte_count = file.size();
     staged.files.push_back(value_or_throw(stage_file(path, file)));
     return staged;
   }
@@ -189,24 +189,24 @@ Result<StagedGltf> stage(GltfDocument& document, const std::string& path) {
       value_or_throw(stage_file(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}));
   if (!buffer.empty()) staged.files.push_back(value_or_throw(stage_file(target, buffer)));
   staged.files.push_back(std::move(file));
-  staged.bytes = buffer.size() + text.size();
+  staged.byte_count = buffer.size() + text.size();
   return staged;
 }
 
 }  // namespace
 
 Result<StagedGltf> stage_gltf(GltfDocument document, const std::string& path) {
-  return guarded(path, [&] { return stage(document, path); });
+  return catch_exceptions(path, [&] { return stage(document, path); });
 }
 
 Result<std::vector<std::uint8_t>> pack_glb(GltfDocument document) {
-  return guarded(document.file, [&] { return pack(document, document.file); });
+  return catch_exceptions(document.file, [&] { return pack(document, document.file); });
 }
 
 Result<std::uint64_t> save_gltf(GltfDocument document, const std::string& path) {
   Result<StagedGltf> staged = stage_gltf(std::move(document), path);
   if (!staged) return tl::unexpected(std::move(staged.error()));
-  return commit_all(std::move(staged->files)).map([&] { return staged->bytes; });
+  return commit_all(std::move(staged->files)).map([&] { return staged->byte_count; });
 }
 
 }  // namespace selvedge

@@ -128,7 +128,7 @@ void drop_unused_data(GltfDocument& document, const UsedParts& used) {
 
 void drop_unused_parts(GltfDocument& document, const UsedParts& used) {
   Json& root = document.json;
-  const Json& extensions = array_of(root, "extensionsUsed");
+  const Json& extensions = array_member(root, "extensionsUsed");
   if (!std::ranges::all_of(extensions, [](const Json& extension) { return is_known(string_of(extension)); }))
     return;
   const std::set<int> images = used_by(root, each_image);
@@ -140,11 +140,11 @@ void drop_unused_parts(GltfDocument& document, const UsedParts& used) {
     const auto has = [&](const Json& texture) {
       return !member(member(texture, "extensions"), format).is_null();
     };
-    if (std::ranges::none_of(array_of(root, "textures"), has)) drop_extension(root, format);
+    if (std::ranges::none_of(array_member(root, "textures"), has)) unlist_extension(root, format);
   }
   std::set<int> all;
   const Json& extension = member(member(root, "extensions"), fabric_extension);
-  for (std::size_t i = 0; i < array_of(extension, fabrics).size(); ++i) all.insert(static_cast<int>(i));
+  for (std::size_t i = 0; i < array_member(extension, fabrics).size(); ++i) all.insert(static_cast<int>(i));
   if (!all.empty()) drop(root, root["extensions"][fabric_extension], fabrics, each_fabric, all);
   drop_unused_data(document, data);
 }

@@ -121,21 +121,22 @@ Result<bool> is_inside(const std::string& path, const std::string& folder) {
 Result<std::string> resolve_uri(const GltfDocument& document, const std::string& uri,
                                 const std::string& place) {
   Result<std::string> path = path_of(document, uri, place);
-  if (!path || document.other_files == OtherFiles::anywhere) return path;
-  const std::vector<std::string>& named = document.named_files;
+  if (!path || document.external_files == ExternalFiles::anywhere) return path;
+  const std::vector<std::string>& named = document.allowed_files;
   if (std::ranges::find(named, canonical(*path).string()) != named.end()) return path;
-  const std::string& root = document.root.empty() ? document.folder : document.root;
+  const std::string& root = document.source_folder.empty() ? document.folder : document.source_folder;
   Result<void> good = check_inside(document, *path, root, uri, place);
   if (good) return path;
-  // A missing file keeps the name that it had where the document was read (move_document).
+  // A missing file keeps the name that it had where the document was read (rebase_uris).
   const std::string before = (fs::path(root) / percent_decoded(uri)).string();
   std::error_code ignored;
-  if (!document.root.empty() && !fs::exists(before, ignored) && is_inside(before, root).value_or(false))
+  if (!document.source_folder.empty() && !fs::exists(before, ignored) &&
+      is_inside(before, root).value_or(false))
     return before;
   return tl::unexpected<Error>(std::move(good.error()));
 }
 
-void find_outside(const GltfDocument& document, IssueSink& issues) {
+void find_outside_uris(const GltfDocument& document, IssueSink& issues) {
   for_each_uri(document.json, [&](const Json& entry, const std::string& place) {
     const std::string uri = string_of(member(entry, names::gltf::uri));
     if (!names_file(uri)) return;
@@ -148,7 +149,7 @@ void find_outside(const GltfDocument& document, IssueSink& issues) {
 }
 
 std::string similar_file(const GltfDocument& document, std::string name) {
-  if (document.other_files == OtherFiles::none || name.find('\0') != std::string::npos) return {};
+  if (document.external_files == ExternalFiles::none || name.find('\0') != std::string::npos) return {};
   std::ranges::replace(name, '\\', '/');
   const fs::path around(document.folder.empty() ? "." : document.folder);
   for (const fs::path& wanted : {fs::path(name).relative_path(), fs::path(name).filename()}) {
@@ -172,7 +173,7 @@ std::string similar_file(const GltfDocument& document, std::string name) {
   return {};
 }
 
-void mend_uris(GltfDocument& document) {
+void redirect_missing_files(GltfDocument& document) {
   const fs::path around(document.folder.empty() ? "." : document.folder);
   for_each_uri(document.json, [&](Json& entry, const std::string& place) {
     const std::string uri = string_of(member(entry, names::gltf::uri));
@@ -189,9 +190,9 @@ void mend_uris(GltfDocument& document) {
   });
 }
 
-void name_file(GltfDocument& document, const std::string& uri) {
+void allow_file(GltfDocument& document, const std::string& uri) {
   const Result<std::string> path = path_of(document, uri, "");
-  if (path) document.named_files.push_back(canonical(*path).string());
+  if (path) document.allowed_files.push_back(canonical(*path).string());
 }
 
 Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& place, std::uint64_t limit) {
@@ -204,7 +205,7 @@ Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& pl
     if (!bytes) reader.fail(Code::gltf_malformed, place, "a data URI with broken base64");
     return std::move(*bytes);
   }
-  if (reader.document.other_files == OtherFiles::none)
+  if (reader.document.external_files == ExternalFiles::none)
     reader.fail(Code::gltf_unsupported, place, "other files are not to be opened");
   const Result<std::string> file = read_file(value_or_throw(resolve_uri(reader.document, uri, place)), limit);
   if (file) return {file->begin(), file->end()};
@@ -212,7 +213,7 @@ Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& pl
 }
 
 Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uint64_t limit) {
-  return result_of([&] {
+  return catch_failure([&] {
     GltfReader reader(document);
     const std::string place = fmt::format("/images/{}", image);
     const Json& json = reader.entry("images", image, place);
@@ -244,7 +245,7 @@ std::string relative_uri(const std::string& target, const std::string& folder) {
   return uri;
 }
 
-void move_document(GltfDocument& document, const std::string& folder) {
+void rebase_uris(GltfDocument& document, const std::string& folder) {
   const auto move = [&](Json& entry, const std::string&) {
     const std::string uri = string_of(member(entry, names::gltf::uri));
     if (!names_file(uri)) return;
@@ -253,7 +254,7 @@ void move_document(GltfDocument& document, const std::string& folder) {
     std::error_code ignored;
     if (path && fs::exists(*path, ignored)) entry[names::gltf::uri] = relative_uri(*path, folder);
   };
-  if (document.root.empty()) document.root = canonical(document.folder).string();
+  if (document.source_folder.empty()) document.source_folder = canonical(document.folder).string();
   if (canonical(document.folder) != canonical(folder)) for_each_uri(document.json, move);
   document.folder = folder;
 }

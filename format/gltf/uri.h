@@ -21,35 +21,35 @@ Bytes read_uri(GltfReader& reader, const std::string& uri, const std::string& pl
 Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uint64_t limit = max_uri_bytes);
 
 /// Whether `path` lies in `folder` or below after all links in both are followed; it need not exist.
-/// FILE_UNREADABLE if the system does not tell, e.g. for links in a circle.
+/// FILE_UNREADABLE if the system does not say, e.g. for links in a circle.
 Result<bool> is_inside(const std::string& path, const std::string& folder);
 
 /// The path of the file that a relative URI names: percent-decoded and resolved against the document's
 /// folder. This is the one way from a document to another file. GLTF_UNSUPPORTED for data URIs and for
 /// schemes such as http; GLTF_REFERENCE for a file that is not in the document's folder (is_inside) and is
-/// not allowed (GltfDocument::other_files, named_files). Nothing is opened.
+/// not allowed (GltfDocument::external_files, allowed_files). Nothing is opened.
 Result<std::string> resolve_uri(const GltfDocument& document, const std::string& uri,
                                 const std::string& place);
 
 /// Adds GLTF_REFERENCE for every URI of a buffer, a picture or a fabric that leads out of the folder that
 /// the document is in now, allowed or not: what readers of a file there refuse.
-void find_outside(const GltfDocument& document, IssueSink& issues);
+void find_outside_uris(const GltfDocument& document, IssueSink& issues);
 
 /// The file in `folder` that a name from another system means: with slashes for backslashes, or else its last
 /// part alone, in any capitals. Empty without such a file, and if it leads out of the document's folder.
 std::string similar_file(const GltfDocument& document, std::string name);
 
 /// Replaces URIs of missing files by URIs of similar ones (similar_file), each with a remark.
-void mend_uris(GltfDocument& document);
+void redirect_missing_files(GltfDocument& document);
 
 /// Allows the file that a URI names now, as the user's own choice.
-void name_file(GltfDocument& document, const std::string& uri);
+void allow_file(GltfDocument& document, const std::string& uri);
 
 /// A relative URI (percent-encoded) that names `target` in a glTF file in `folder`.
 std::string relative_uri(const std::string& target, const std::string& folder);
 
 /// Moves the document to `folder`: relative URIs of buffers, pictures and fabrics that exist are rewritten so
 /// that they name the same files. Nothing changes if it is the same folder.
-void move_document(GltfDocument& document, const std::string& folder);
+void rebase_uris(GltfDocument& document, const std::string& folder);
 
 }  // namespace selvedge

@@ -122,7 +122,7 @@ template <class Open>
 std::shared_ptr<const FabricFile::State> FabricFile::State::read(const std::string& name, const Open& open,
                                                                  FabricProblem* problem) {
   using Read = Result<std::shared_ptr<const State>>;
-  Read result = guarded(name, [&]() -> Read {
+  Read result = catch_exceptions(name, [&]() -> Read {
     Result<FabricReader> reader = open();
     if (!reader) return tl::unexpected(reader.error());
     auto state = std::make_shared<State>();
@@ -275,7 +275,7 @@ bool FabricFile::pdf_at(double level, double u, double v, std::span<const std::a
 
 std::optional<FabricFile> FabricFile::turned_over() const {
   const Fabric& front = state_->fabric;
-  if (front.side_of(Side::back) == nullptr) return *this;
+  if (front.find_side(Side::back) == nullptr) return *this;
   try {
     auto state = std::make_shared<State>();
     state->facts = state_->facts;
@@ -294,7 +294,7 @@ std::optional<FabricFile> FabricFile::turned_over() const {
 
 std::vector<FabricProblem> check_fabric_file(const std::string& path) {
   std::vector<FabricProblem> problems;
-  const auto issues = guarded(path, [&]() -> Result<Issues> { return check_fabric(path).issues; });
+  const auto issues = catch_exceptions(path, [&]() -> Result<Issues> { return check_fabric(path).issues; });
   if (!issues) return {problem_of(issues.error())};
   for (const Error& issue : *issues) problems.push_back(problem_of(issue));
   return problems;

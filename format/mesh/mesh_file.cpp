@@ -11,7 +11,7 @@ namespace {
 std::vector<const PlyProperty*> find_first(
     const PlyElement& element, std::initializer_list<std::initializer_list<std::string_view>> choices) {
   for (const auto& names : choices) {
-    if (auto found = element.find(names); !found.empty()) return found;
+    if (auto found = element.find_all(names); !found.empty()) return found;
   }
   return {};
 }
@@ -28,7 +28,7 @@ MeshColours colours_of(const PlyElement& element) {
                                             {"r", "g", "b"},
                                             {"diffuse_red", "diffuse_green", "diffuse_blue"}});
   if (columns.empty()) return colours;
-  colours.coded = columns[2]->type.kind != 'f';
+  colours.is_srgb = columns[2]->type.kind != 'f';
   const V3d full(columns[0]->type.full_scale(), columns[1]->type.full_scale(), columns[2]->type.full_scale());
   for (std::size_t i = 0; i < element.count; ++i) colours.values.emplace_back(vector_at(columns, i) / full);
   return colours;
@@ -50,10 +50,10 @@ class PlyMesh {
 
  private:
   Result<void> read_vertices(const PlyElement& vertices) {
-    const auto positions = vertices.find({"x", "y", "z"});
+    const auto positions = vertices.find_all({"x", "y", "z"});
     if (positions.empty())
       return fail(Code::file_damaged, file_, "element vertex", "needs the properties x, y and z");
-    const auto normals = vertices.find({"nx", "ny", "nz"});
+    const auto normals = vertices.find_all({"nx", "ny", "nz"});
     const auto uvs = find_first(vertices, {{"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}});
     for (std::size_t i = 0; i < vertices.count; ++i) {
       const V3d position = vector_at(positions, i);
@@ -75,8 +75,8 @@ class PlyMesh {
     std::size_t first = 0;
     std::size_t first_uv = 0;
     for (std::size_t f = 0; indices != nullptr && f < faces.count; ++f) {
-      const std::size_t end = indices->ends[f];
-      const std::size_t end_uv = uvs == nullptr ? 0 : uvs->ends[f];
+      const std::size_t end = indices->list_ends[f];
+      const std::size_t end_uv = uvs == nullptr ? 0 : uvs->list_ends[f];
       const bool own_uvs = uvs != nullptr && end_uv - first_uv == 2 * (end - first) && end > first;
       for (; first < end; ++first, first_uv += 2 * (own_uvs ? 1 : 0)) {
         const double index = indices->values[first];
@@ -115,6 +115,8 @@ class PlyMesh {
 
 }  // namespace
 
-Result<MeshFile> mesh_of(const PlyFile& ply, const std::string& file) { return PlyMesh(ply, file).read(); }
+Result<MeshFile> ply_to_mesh(const PlyFile& ply, const std::string& file) {
+  return PlyMesh(ply, file).read();
+}
 
 }  // namespace selvedge

@@ -30,7 +30,7 @@ struct MeshCorner {
 /// none.
 struct MeshColours {
   std::vector<V3f> values;
-  bool coded = false;  ///< sRGB integers over the largest of their type; else linear
+  bool is_srgb = false;  ///< sRGB integers over the largest of their type; else linear
 };
 
 /// A mesh in the units and axes of its file. No index is out of range.
@@ -65,7 +65,7 @@ Result<MeshFile> read_obj(std::string_view text, const std::string& file);
 /// Reads x, y, z, nx, ny, nz, texture coordinates (u and v, s and t, texture_u and texture_v) and colours
 /// (yarn_red, red, r or diffuse_red ...) of element "vertex"; colours, the list vertex_indices (or
 /// vertex_index), and texcoord of element "face". All else is skipped.
-Result<MeshFile> mesh_of(const PlyFile& ply, const std::string& file);
+Result<MeshFile> ply_to_mesh(const PlyFile& ply, const std::string& file);
 
 /// A picture of an MTL file.
 struct MtlMap {
@@ -81,13 +81,13 @@ struct MtlMaterial {
   MtlMap diffuse_map;           ///< map_Kd
   MtlMap emission_map;          ///< map_Ke
   MtlMap normal_map;            ///< norm, or map_Bump of a name with "normal"
-  std::string mask;             ///< map_d
+  std::string mask_file;        ///< map_d
 };
 
 /// Adds the materials of an MTL text, by name. Lines that cannot be read are skipped.
 void read_mtl(std::string_view text, std::map<std::string, MtlMaterial>& materials);
 
 /// False unless the whole word is a number. Numbers out of range become infinite or 0.
-bool to_number(std::string_view word, double& value);
+bool parse_number(std::string_view word, double& value);
 
 }  // namespace selvedge

@@ -79,7 +79,7 @@ std::optional<V3d> numbers_at(const Words& words, std::size_t first) {
   V3d numbers;
   if (words.size() < first + 3) return std::nullopt;
   for (std::size_t i = 0; i < 3; ++i) {
-    if (!to_number(words[first + i], numbers[static_cast<int>(i)])) return std::nullopt;
+    if (!parse_number(words[first + i], numbers[static_cast<int>(i)])) return std::nullopt;
   }
   return numbers;
 }
@@ -122,7 +122,7 @@ class ObjReader {
     V2d uv(0, 0);
     for (std::size_t i = 1; i < std::min<std::size_t>(words.size(), 3); ++i) {
       double& value = uv[static_cast<int>(i) - 1];
-      if (!to_number(words[i], value) || !std::isfinite(static_cast<float>(value)))
+      if (!parse_number(words[i], value) || !std::isfinite(static_cast<float>(value)))
         return damaged("texture coordinates that are not finite numbers");
     }
     mesh.uvs.emplace_back(static_cast<float>(uv.x), static_cast<float>(1 - uv.y));
@@ -193,7 +193,7 @@ MtlMap picture_of(const Words& words) {
     const bool is_vector = option == "-s" || option == "-o" || option == "-t";
     V3d values(option == "-s" ? 1.0 : 0.0);
     const std::size_t end = std::min(next + (is_vector ? 3 : option == "-mm" ? 2 : 1), words.size() - 1);
-    for (int c = 0; next < end && to_number(words[next], values[c]); ++c) ++next;
+    for (int c = 0; next < end && parse_number(words[next], values[c]); ++c) ++next;
     if (!is_vector && next < end) ++next;  // a word: on, off, a channel
     if (option == "-s") map.scale = V2d(values.x, values.y);
     if (option == "-o") map.offset = V2d(values.x, values.y);
@@ -210,7 +210,7 @@ bool is_normal_map(const std::string& key, const Words& words) {
 
 }  // namespace
 
-bool to_number(std::string_view word, double& value) {
+bool parse_number(std::string_view word, double& value) {
   if (word.starts_with('+')) word.remove_prefix(1);
   const char* end = word.data() + word.size();
   const auto result = std::from_chars(word.data(), end, value);
@@ -234,7 +234,7 @@ void read_mtl(std::string_view text, std::map<std::string, MtlMaterial>& materia
     if (key == "kd" || key == "ke") {
       double grey = 0;
       std::optional<V3d> colour = numbers_at(words, 1);
-      if (words.size() == 2 && to_number(words[1], grey)) colour = V3d(grey);
+      if (words.size() == 2 && parse_number(words[1], grey)) colour = V3d(grey);
       for (int c = 0; colour && c < 3; ++c) (*colour)[c] = (*colour)[c] >= 0 ? (*colour)[c] : 0;
       if (colour) (key == "kd" ? material->diffuse : material->emission) = colour;
     } else if (key == "map_kd") {
@@ -244,7 +244,7 @@ void read_mtl(std::string_view text, std::map<std::string, MtlMaterial>& materia
     } else if (key == "norm" || is_normal_map(key, words)) {
       material->normal_map = picture_of(words);
     } else if (key == "map_d") {
-      material->mask = picture_of(words).file;
+      material->mask_file = picture_of(words).file;
     }
     return {};
   });

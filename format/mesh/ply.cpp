@@ -63,8 +63,8 @@ std::string read_header_line(const std::string& line, PlyFile& ply, std::optiona
   if (type == "list") {
     std::string length;
     words >> length >> type;
-    property.length = type_named(length);
-    if (!property.length || property.length->kind == 'f') return "unknown type of a list's length";
+    property.length_type = type_named(length);
+    if (!property.length_type || property.length_type->kind == 'f') return "unknown type of a list's length";
   }
   words >> property.name;
   const auto known = type_named(type);
@@ -102,8 +102,8 @@ class PlyBody {
  public:
   PlyBody(std::string_view bytes, PlyForm form) : bytes_(bytes), form_(form) {}
 
-  /// Whether `count` items of so many values may follow, `size` bytes each in binary. In text a value needs a
-  /// digit and a blank.
+  /// Whether `count` items of `values` values may follow, `size` bytes each in binary. In text a value needs
+  /// a digit and a blank.
   bool has(double count, std::size_t values, std::size_t size) const {
     const std::size_t each = form_ == PlyForm::ascii ? 2 * values : size;
     const std::size_t most = (bytes_.size() + 1) / each;
@@ -121,7 +121,7 @@ class PlyBody {
     bytes_.remove_prefix(std::min(bytes_.find_first_not_of(blanks), bytes_.size()));
     const std::string_view word = bytes_.substr(0, bytes_.find_first_of(blanks));
     bytes_.remove_prefix(word.size());
-    return to_number(word, value);
+    return parse_number(word, value);
   }
 
   bool read_binary(PlyType type, double& value) {
@@ -151,12 +151,12 @@ class PlyBody {
 /// Reads one item's value or list.
 bool read_property(PlyBody& body, PlyProperty& property) {
   double count = 1;
-  if (property.length && !body.read(*property.length, count)) return false;
+  if (property.length_type && !body.read(*property.length_type, count)) return false;
   if (!body.has(count, 1, property.type.size)) return false;
   for (auto left = static_cast<std::size_t>(count); left > 0; --left) {
     if (!body.read(property.type, property.values.emplace_back())) return false;
   }
-  if (property.length) property.ends.push_back(property.values.size());
+  if (property.length_type) property.list_ends.push_back(property.values.size());
   return true;
 }
 
@@ -168,11 +168,11 @@ double PlyType::full_scale() const {
   return static_cast<double>((std::uint64_t{1} << bits) - 1);
 }
 
-std::vector<const PlyProperty*> PlyElement::find(std::initializer_list<std::string_view> names) const {
+std::vector<const PlyProperty*> PlyElement::find_all(std::initializer_list<std::string_view> names) const {
   std::vector<const PlyProperty*> found;
   for (const std::string_view wanted : names) {
     const auto property = std::ranges::find_if(
-        properties, [&](const PlyProperty& one) { return one.name == wanted && !one.length; });
+        properties, [&](const PlyProperty& one) { return one.name == wanted && !one.length_type; });
     if (property == properties.end()) return {};
     found.push_back(&*property);
   }
@@ -181,7 +181,7 @@ std::vector<const PlyProperty*> PlyElement::find(std::initializer_list<std::stri
 
 const PlyProperty* PlyElement::find_list(std::initializer_list<std::string_view> names) const {
   for (const PlyProperty& property : properties) {
-    if (property.length && std::ranges::find(names, property.name) != names.end()) return &property;
+    if (property.length_type && std::ranges::find(names, property.name) != names.end()) return &property;
   }
   return nullptr;
 }
@@ -202,13 +202,15 @@ Result<PlyFile> read_ply(std::string_view bytes, const std::string& file) {
     const auto damaged = [&](std::uint64_t item) {
       return fail(Code::file_damaged, file, fmt::format("{} {}", element.name, item), "cannot be read");
     };
-    const auto size_of = [](const PlyProperty& p) { return p.length ? p.length->size : p.type.size; };
+    const auto size_of = [](const PlyProperty& p) {
+      return p.length_type ? p.length_type->size : p.type.size;
+    };
     std::size_t size = 0;  // of an item without the contents of its lists
     for (const PlyProperty& property : element.properties) size += size_of(property);
     if (!body.has(static_cast<double>(element.count), element.properties.size(), size)) return damaged(0);
     for (PlyProperty& property : element.properties) {
-      if (property.length)
-        property.ends.reserve(element.count);
+      if (property.length_type)
+        property.list_ends.reserve(element.count);
       else
         property.values.reserve(element.count);
     }

@@ -23,9 +23,9 @@ struct PlyType {
 struct PlyProperty {
   std::string name;
   PlyType type{};
-  std::optional<PlyType> length;  ///< of a list
-  std::vector<double> values;     ///< one per item of the element; the lists of all items behind each other
-  std::vector<std::size_t> ends;  ///< per item, where its list ends in `values`
+  std::optional<PlyType> length_type;  ///< of a list
+  std::vector<double> values;  ///< one per item of the element; the lists of all items behind each other
+  std::vector<std::size_t> list_ends;  ///< per item, where its list ends in `values`
 };
 
 struct PlyElement {
@@ -34,7 +34,7 @@ struct PlyElement {
   std::vector<PlyProperty> properties;
 
   /// The scalar properties of these names, or nothing unless there are all.
-  std::vector<const PlyProperty*> find(std::initializer_list<std::string_view> names) const;
+  std::vector<const PlyProperty*> find_all(std::initializer_list<std::string_view> names) const;
   /// The first list of one of these names, or null.
   const PlyProperty* find_list(std::initializer_list<std::string_view> names) const;
 };

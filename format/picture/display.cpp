@@ -12,8 +12,8 @@ namespace {
 /// Display colour times opacity of a pixel.
 V3f premultiplied_colour(const V4f& pixel, const DisplayOptions& options) {
   const V3f colour = V3f(pixel.x, pixel.y, pixel.z) * options.exposure;
-  if (options.tone == ToneCurve::none || !(pixel.w > 0)) return colour;
-  return tone_mapped(options.tone, colour / pixel.w) * pixel.w;
+  if (options.tone_curve == ToneCurve::none || !(pixel.w > 0)) return colour;
+  return tone_map(options.tone_curve, colour / pixel.w) * pixel.w;
 }
 
 constexpr int table_size = 1 << 16;
@@ -64,7 +64,7 @@ V3f agx(const V3f& colour) {
 
 }  // namespace
 
-V3f tone_mapped(ToneCurve curve, const V3f& colour) {
+V3f tone_map(ToneCurve curve, const V3f& colour) {
   switch (curve) {
     case ToneCurve::none:
       break;

@@ -23,11 +23,11 @@ enum class ToneCurve {
 inline constexpr std::array<std::string_view, 3> tone_curve_names{"none", "neutral", "agx"};
 
 /// Applies the curve to a linear sRGB colour that is not premultiplied; `none` does not clip.
-V3f tone_mapped(ToneCurve curve, const V3f& colour);
+V3f tone_map(ToneCurve curve, const V3f& colour);
 
 struct DisplayOptions {
   float exposure = 1;  ///< factor on radiance
-  ToneCurve tone = ToneCurve::none;
+  ToneCurve tone_curve = ToneCurve::none;
   std::optional<V3f> background;  ///< linear display values: neither exposed nor tone mapped
 };
 

@@ -18,7 +18,7 @@ constexpr std::size_t max_lamps = 4;
 constexpr int divided_width = 512;
 /// A lamp is what lies so close to its brightest point; fabrics blur light more than that.
 const double lamp_cosine = std::cos(20 * std::numbers::pi / 180);
-/// ... and is so many times as bright as the mean.
+/// ... and is this many times as bright as the mean.
 constexpr float lamp_brightness = 4;
 /// A lamp whose light is a smaller fraction of all is left in the rest.
 constexpr double min_lamp = 0.01;
@@ -29,7 +29,7 @@ double brightness(const V3f& c) {
 
 /// A direction's place in the picture, in pixels; the middle of the first pixel is 0.5.
 V2d place_of(const Environment& e, const V3d& d) {
-  const double azimuth = std::atan2(d.x, -d.z) / (2 * std::numbers::pi) + e.options.turn / 360;
+  const double azimuth = std::atan2(d.x, -d.z) / (2 * std::numbers::pi) + e.options.turn_degrees / 360;
   return {(azimuth + 0.5 - std::floor(azimuth + 0.5)) * e.width,
           std::acos(std::clamp(d.y, -1.0, 1.0)) / std::numbers::pi * e.height};
 }
@@ -57,7 +57,7 @@ void for_pixels(Environment& e, const Body& body) {
 
 /// The middle of the lamp that sends most, of what is brighter than `least`.
 std::optional<V3d> strongest_part(const Environment& environment, double least) {
-  const Environment coarse = reduced(environment, 128);
+  const Environment coarse = downsample(environment, 128);
   struct Bright {
     V3d direction;
     double power;
@@ -92,9 +92,10 @@ Environment environment_of(const Image& image, const EnvironmentOptions& options
   };
   Imath::Box2i window(V2i(0, 0), V2i(image.width - 1, image.height - 1));
   Environment result{0, 0, {}, options, image.remarks};
-  const V2i shown = image.display.isEmpty() ? V2i(0) : image.display.size() + V2i(1);
-  if (shown != V2i(image.width, image.height) && is_panorama(shown) && window.intersects(image.display)) {
-    window = image.display;
+  const V2i shown = image.display_window.isEmpty() ? V2i(0) : image.display_window.size() + V2i(1);
+  if (shown != V2i(image.width, image.height) && is_panorama(shown) &&
+      window.intersects(image.display_window)) {
+    window = image.display_window;
     result.remarks.push_back(fmt::format("{} x {} pixels of a panorama of {} x {}: the rest is black",
                                          image.width, image.height, shown.x, shown.y));
   }
@@ -143,7 +144,7 @@ void make_radiance(Image& image, std::vector<std::string>& remarks) {
 }  // namespace
 
 V3d Environment::direction(int x, int y) const {
-  const double azimuth = ((x + 0.5) / width - 0.5 - options.turn / 360) * 2 * std::numbers::pi;
+  const double azimuth = ((x + 0.5) / width - 0.5 - options.turn_degrees / 360) * 2 * std::numbers::pi;
   const double polar = (y + 0.5) / height * std::numbers::pi;
   return {std::sin(azimuth) * std::sin(polar), std::cos(polar), -std::cos(azimuth) * std::sin(polar)};
 }
@@ -153,7 +154,7 @@ double Environment::solid_angle(int y) const {
   return 2 * std::numbers::pi / width * (edge(y) - edge(y + 1));
 }
 
-V3f Environment::at(const V3d& direction) const {
+V3f Environment::radiance_at(const V3d& direction) const {
   const V2d place = place_of(*this, direction) - V2d(0.5, 0.5);
   const double left = std::floor(place.x);
   const double top = std::floor(place.y);
@@ -174,10 +175,10 @@ Result<Environment> read_environment(const std::string& path, const EnvironmentO
   if (!image) return tl::unexpected(image.error());
   const std::string size = fmt::format("{} x {} pixels", image->width, image->height);
   make_radiance(*image, image->remarks);
-  const int shown = image->display.isEmpty() ? 0 : image->display.size().y + 1;
+  const int shown = image->display_window.isEmpty() ? 0 : image->display_window.size().y + 1;
   const auto rows = static_cast<std::uint64_t>(std::max(image->height, shown));
-  if (!MemoryAccount(memory).take(2 * rows * rows, environment_price))
-    return tl::unexpected<Error>(beyond_memory(path, "", size, memory));
+  if (!MemoryAccount(memory).try_reserve(2 * rows * rows, environment_bytes_per_pixel))
+    return tl::unexpected<Error>(memory_limit_error(path, "", size, memory));
   Environment result = environment_of(*image, options);
   if (result.width == 0) {
     return fail(Code::image_unreadable, path, "",
@@ -190,7 +191,7 @@ Result<Environment> read_environment(const std::string& path, const EnvironmentO
   return result;
 }
 
-Environment reduced(const Environment& environment, int width) {
+Environment downsample(const Environment& environment, int width) {
   if (environment.width <= width) return environment;
   const int height = width / 2;
   Environment result{width, height, std::vector<V3f>(static_cast<std::size_t>(width) * height, V3f(0, 0, 0)),
@@ -210,7 +211,7 @@ Environment reduced(const Environment& environment, int width) {
   return result;
 }
 
-std::vector<Light> take_lamps(Environment& environment) {
+std::vector<Light> extract_lamps(Environment& environment) {
   V3d whole(0, 0, 0);
   for_pixels(environment,
              [&](const V3f& c, const V3d&, double solid_angle) { whole += V3d(c) * solid_angle; });
@@ -242,8 +243,8 @@ std::vector<Light> take_lamps(Environment& environment) {
   return lamps;
 }
 
-EnvironmentLight turned(const EnvironmentLight& light, const EnvironmentOptions& options) {
-  const double angle = options.turn / 180 * std::numbers::pi;
+EnvironmentLight with_options(const EnvironmentLight& light, const EnvironmentOptions& options) {
+  const double angle = options.turn_degrees / 180 * std::numbers::pi;
   const auto strength = static_cast<float>(options.strength);
   // The turned x and z axes, and by the transposed matrix where light of those axes came from.
   const V3d x(std::cos(angle), 0, -std::sin(angle));
@@ -255,28 +256,30 @@ EnvironmentLight turned(const EnvironmentLight& light, const EnvironmentOptions&
     lamp.irradiance *= strength;
   }
   for (int c = 0; c < 3; ++c) {
-    std::array<float, smooth_functions> factors;
-    for (int k = 0; k < smooth_functions; ++k) factors[k] = light.rest.factors[k][c];
-    factors = turned<float, V3f>(factors, V3f(V3d(x.x, 0, z.x)), V3f(0, 1, 0), V3f(V3d(x.z, 0, z.z)));
-    for (int k = 0; k < smooth_functions; ++k) result.rest.factors[k][c] = factors[k] * strength;
+    std::array<float, smooth_function_count> coefficients;
+    for (int k = 0; k < smooth_function_count; ++k) coefficients[k] = light.smooth_light.coefficients[k][c];
+    coefficients =
+        turned<float, V3f>(coefficients, V3f(V3d(x.x, 0, z.x)), V3f(0, 1, 0), V3f(V3d(x.z, 0, z.z)));
+    for (int k = 0; k < smooth_function_count; ++k)
+      result.smooth_light.coefficients[k][c] = coefficients[k] * strength;
   }
   return result;
 }
 
-EnvironmentLight divide(const Environment& environment) {
-  Environment rest = enlarged(reduced(environment, divided_width));
+EnvironmentLight split_light(const Environment& environment) {
+  Environment rest = enlarged(downsample(environment, divided_width));
   EnvironmentLight result;
-  result.lamps = take_lamps(rest);
-  for (Light& lamp : result.lamps) lamp.of_environment = true;
-  std::array<V3d, smooth_functions> factors;
-  factors.fill(V3d(0, 0, 0));
+  result.lamps = extract_lamps(rest);
+  for (Light& lamp : result.lamps) lamp.is_environment_part = true;
+  std::array<V3d, smooth_function_count> coefficients;
+  coefficients.fill(V3d(0, 0, 0));
   for_pixels(rest, [&](const V3f& c, const V3d& d, double solid_angle) {
     const auto basis = smooth_basis(d.x, d.y, d.z);
-    for (int k = 0; k < smooth_functions; ++k)
-      factors[k] += V3d(c) * (basis[k] * solid_angle / smooth_norms[k]);
+    for (int k = 0; k < smooth_function_count; ++k)
+      coefficients[k] += V3d(c) * (basis[k] * solid_angle / smooth_norms[k]);
   });
-  for (int k = 0; k < smooth_functions; ++k)
-    result.rest.factors[k] = V3f(factors[k] * environment.options.strength);
+  for (int k = 0; k < smooth_function_count; ++k)
+    result.smooth_light.coefficients[k] = V3f(coefficients[k] * environment.options.strength);
   return result;
 }
 

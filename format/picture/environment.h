@@ -16,8 +16,8 @@
 namespace selvedge {
 
 struct EnvironmentOptions {
-  double turn = 0;      ///< degrees, counter-clockwise seen from above
-  double strength = 1;  ///< factor on radiance
+  double turn_degrees = 0;  ///< degrees, counter-clockwise seen from above
+  double strength = 1;      ///< factor on radiance
   bool operator==(const EnvironmentOptions&) const = default;
 };
 
@@ -34,34 +34,34 @@ struct Environment {
   /// Solid angle of a row's pixels, sr.
   double solid_angle(int y) const;
   /// Interpolated between pixels, strength included. `direction` is unit, world.
-  V3f at(const V3d& direction) const;
+  V3f radiance_at(const V3d& direction) const;
 };
 
 /// Bytes of a pixel: read, as a picture and as radiance, and drawn, with a copy.
-inline constexpr std::uint64_t environment_price = 28;
+inline constexpr std::uint64_t environment_bytes_per_pixel = 28;
 
 /// Reads any picture that read_image() does, of values that are not encoded for a screen (.hdr, .exr).
 /// Negative values and NaN become 0, infinite ones as bright as the brightest other one, at least 65504.
 /// IMAGE_UNREADABLE unless it is 2 : 1; FILE_TOO_LARGE beyond `memory`.
 Result<Environment> read_environment(const std::string& path, const EnvironmentOptions& options = {},
-                                     std::uint64_t memory = default_memory);
+                                     std::uint64_t memory = default_memory_limit);
 
 /// The mean over areas; the picture itself if it is not larger.
-Environment reduced(const Environment& environment, int width);
+Environment downsample(const Environment& environment, int width);
 
 /// Light as fabrics are drawn in it: together the environment's.
 struct EnvironmentLight {
   std::vector<Light> lamps;  ///< directional, the strongest first
-  SmoothLight rest;          ///< world axes
+  SmoothLight smooth_light;  ///< world axes
 };
 
 /// The light of the same environment with these options, if `light` was made without any.
-EnvironmentLight turned(const EnvironmentLight& light, const EnvironmentOptions& options);
+EnvironmentLight with_options(const EnvironmentLight& light, const EnvironmentOptions& options);
 
 /// Takes bright parts out of an environment: at most four lamps, the strongest first.
-std::vector<Light> take_lamps(Environment& environment);
+std::vector<Light> extract_lamps(Environment& environment);
 
 /// Bright parts become lamps; the rest is projected.
-EnvironmentLight divide(const Environment& environment);
+EnvironmentLight split_light(const Environment& environment);
 
 }  // namespace selvedge

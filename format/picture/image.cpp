@@ -82,9 +82,9 @@ Result<std::vector<Image>> decode(const char* format, std::span<const std::uint8
   // WebP's reader takes canvases of this size when it opens the file.
   constexpr std::uint64_t canvas_bytes = 12;  // of a pixel
   if (format == std::string_view("webp")) {
-    const std::uint64_t pixels = picture_pixels(bytes);
+    const std::uint64_t pixels = picture_pixel_count(bytes);
     if (pixels > static_cast<std::uint64_t>(limits.pixels) ||
-        !MemoryAccount(limits.memory).take(pixels, canvas_bytes))
+        !MemoryAccount(limits.memory).try_reserve(pixels, canvas_bytes))
       return fail(Code::file_too_large, name, "", fmt::format("{} pixels", pixels));
   }
   constexpr int max_scans = 100;
@@ -93,7 +93,7 @@ Result<std::vector<Image>> decode(const char* format, std::span<const std::uint8
   if (format == std::string_view("openexr") && declares_more_than_it_has(bytes))
     return fail(Code::image_unreadable, name, "", "ends within its header");
   if (format == std::string_view("hdr"))
-    return read_radiance(bytes, name, limits).map([](Image image) { return std::vector{std::move(image)}; });
+    return decode_hdr(bytes, name, limits).map([](Image image) { return std::vector{std::move(image)}; });
   return load_openimageio().and_then([&](const OpenImageIo* library) {
     return library->read(format, bytes, name, transfer, limits, halvings);
   });
@@ -123,7 +123,7 @@ Result<Image> read_image(const std::string& path, Transfer transfer, std::uint64
   if (!file) return tl::unexpected(file.error());
   const char* format = format_of(*file);
   if (format == nullptr) {
-    const std::string_view kind = foreign_kind(*file);
+    const std::string_view kind = foreign_file_message(*file);
     return fail(Code::image_unreadable, path, "",
                 kind.empty()
                     ? "is no picture of a known kind: PNG, JPEG, WebP, TIFF, OpenEXR, Radiance HDR, PNM"

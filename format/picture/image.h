@@ -28,7 +28,7 @@ struct Image {
   int height = 0;
   int channels = 4;
   std::vector<float> pixels;
-  Imath::Box2i display{};              ///< the display window of OpenEXR, in pixels; empty: the picture
+  Imath::Box2i display_window{};       ///< the display window of OpenEXR, in pixels; empty: the picture
   std::vector<std::string> remarks{};  ///< what was chosen in its file
 };
 
@@ -56,7 +56,7 @@ struct ImageLimits {
 /// rather one that is not black; its data window; converted to Rec. 709 from its chromaticities.
 /// IMAGE_UNREADABLE for others, FILE_TOO_LARGE beyond `memory`.
 Result<Image> read_image(const std::string& path, Transfer transfer = Transfer::srgb,
-                         std::uint64_t memory = default_memory);
+                         std::uint64_t memory = default_memory_limit);
 /// Bytes of its pixels.
 inline std::uint64_t memory_of(const Image& image) { return image.pixels.size() * sizeof(float); }
 
@@ -65,7 +65,7 @@ inline std::uint64_t memory_of(const Image& image) { return image.pixels.size() 
 Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::string& name,
                            Transfer transfer = Transfer::srgb, const ImageLimits& limits = {});
 
-/// The picture of decode_image() in some sizes, each halved so many times, to level_size(): its pixels are
+/// The picture of decode_image() in some sizes, halved `halvings` times, to level_size(): its pixels are
 /// the means of those that they cover (a pixel at an edge counts for one side), after the transfer. The
 /// limits are of the picture in the file, which is decoded once; only a strip of it is in memory, as far as
 /// its format allows.
@@ -73,7 +73,7 @@ Result<std::vector<Image>> decode_levels(std::span<const std::uint8_t> bytes, co
                                          Transfer transfer, const ImageLimits& limits,
                                          std::span<const int> halvings);
 
-/// Refuses an image whose values are not as many as its size and channels tell; `name` is the file.
+/// Refuses an image whose values are not as many as its size and channels imply; `name` is the file.
 Result<void> check_writable(const Image& image, const std::string& name);
 
 /// An 8-bit PNG file as bytes; 1 to 4 channels. Values are clamped to [0, 1], NaN becomes 0. The same pixels

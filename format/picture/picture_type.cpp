@@ -69,7 +69,7 @@ Imath::Vec2<std::int64_t> picture_size(std::span<const std::uint8_t> bytes) {
   return type == "image/jpeg" ? jpeg_size(bytes) : Size(0, 0);
 }
 
-std::uint64_t picture_pixels(std::span<const std::uint8_t> bytes) {
+std::uint64_t picture_pixel_count(std::span<const std::uint8_t> bytes) {
   const Size size = picture_size(bytes);
   return static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
 }

@@ -17,6 +17,6 @@ std::string_view picture_type(std::span<const std::uint8_t> bytes);
 /// which are never decoded, and without a readable header.
 Imath::Vec2<std::int64_t> picture_size(std::span<const std::uint8_t> bytes);
 /// Their product.
-std::uint64_t picture_pixels(std::span<const std::uint8_t> bytes);
+std::uint64_t picture_pixel_count(std::span<const std::uint8_t> bytes);
 
 }  // namespace selvedge

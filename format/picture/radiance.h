@@ -13,7 +13,7 @@ namespace selvedge {
 /// Decodes a file of RGBE whose first bytes are "#?" and whose rows come from the top, left to right, flat or
 /// in runs of components; divided by its EXPOSURE and COLORCORR, of its PRIMARIES. IMAGE_UNREADABLE for other
 /// bytes, FILE_TOO_LARGE beyond `limits`.
-Result<Image> read_radiance(std::span<const std::uint8_t> bytes, const std::string& name,
-                            const ImageLimits& limits);
+Result<Image> decode_hdr(std::span<const std::uint8_t> bytes, const std::string& name,
+                         const ImageLimits& limits);
 
 }  // namespace selvedge

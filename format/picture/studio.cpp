@@ -38,7 +38,7 @@ double radiance_of(const Softbox& box, const V3d& direction) {
 
 }  // namespace
 
-Environment studio(const EnvironmentOptions& options) {
+Environment studio_environment(const EnvironmentOptions& options) {
   const std::array boxes{Softbox{V3d(-0.75, 0.60, 0.70).normalized(), 0.26, 16.0},
                          Softbox{V3d(0.70, 0.55, -0.60).normalized(), 0.26, 9.0}};
   Environment room{256, 128, {}, {}};
@@ -55,9 +55,9 @@ Environment studio(const EnvironmentOptions& options) {
   return room;
 }
 
-Result<Environment> environment_named(const std::string& name, const EnvironmentOptions& options,
-                                      std::uint64_t memory) {
-  if (name == "studio") return studio(options);
+Result<Environment> load_environment(const std::string& name, const EnvironmentOptions& options,
+                                     std::uint64_t memory) {
+  if (name == "studio") return studio_environment(options);
   return read_environment(name, options, memory);
 }
 

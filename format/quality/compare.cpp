@@ -129,11 +129,11 @@ Comparison compare_levels(const PairSamples& truth, const std::vector<V2i>& size
   const std::size_t texels = truth.width * truth.height;
   Comparison result;
   result.kind = kind;
-  result.pairs = static_cast<int>(truth.pairs.size());
-  result.peak = peak > 0 ? peak : peak_of(truth);
+  result.pair_count = static_cast<int>(truth.pairs.size());
+  result.peak = peak > 0 ? peak : psnr_peak(truth);
   const std::size_t levels = sizes.size();
   std::vector<std::vector<Sums>> by_pair(truth.pairs.size(), std::vector<Sums>(levels));
-  parallel_for(0, result.pairs, [&](std::size_t pair) {
+  parallel_for(0, result.pair_count, [&](std::size_t pair) {
     PairImage image;
     PairImage answer;
     for (std::size_t i = pair * texels; i < (pair + 1) * texels; ++i) {
@@ -158,9 +158,9 @@ Comparison compare_levels(const PairSamples& truth, const std::vector<V2i>& size
     level.height = sizes[k].y;
     level.psnr = decibels(result.peak, sums.squared / (3 * sums.count));
     level.relative_l2 = relative(sums.squared, sums.energy);
-    level.mean_error = sums.truth > 0 ? sums.signed_error / sums.truth : 0;
+    level.relative_bias = sums.truth > 0 ? sums.signed_error / sums.truth : 0;
     level.alpha_rms = std::sqrt(sums.alpha_squared / sums.count);
-    level.alpha_noise = std::sqrt(sums.alpha_noise / sums.count);
+    level.alpha_noise_rms = std::sqrt(sums.alpha_noise / sums.count);
     level.noise_psnr = decibels(result.peak, sums.noise / (3 * sums.count));
     result.levels.push_back(level);
   }
@@ -169,7 +169,7 @@ Comparison compare_levels(const PairSamples& truth, const std::vector<V2i>& size
 
 }  // namespace
 
-double peak_of(const PairSamples& truth) {
+double psnr_peak(const PairSamples& truth) {
   std::vector<float> values;
   values.reserve(truth.alpha.size() * 3);
   for (std::size_t i = 0; i < truth.alpha.size(); ++i) {

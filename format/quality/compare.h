@@ -15,26 +15,26 @@ struct LevelComparison {
   int height = 0;
   /// dB, against Comparison::peak. 200 if nothing differs; 0 if the truth is black and the fit is not.
   double psnr = 0;
-  double relative_l2 = 0;  ///< sqrt(sum (fit - truth)^2 / sum truth^2); 1 if only the truth is black
-  double mean_error = 0;   ///< mean of fit - truth, as a fraction of the mean truth
-  double alpha_rms = 0;    ///< root mean square error of alpha
-  double alpha_noise = 0;  ///< the part of alpha_rms that is sampling noise of the truth
-  double noise_psnr = 0;   ///< dB, the sampling noise of the truth against the same peak
+  double relative_l2 = 0;      ///< sqrt(sum (fit - truth)^2 / sum truth^2); 1 if only the truth is black
+  double relative_bias = 0;    ///< mean of fit - truth, as a fraction of the mean truth
+  double alpha_rms = 0;        ///< root mean square error of alpha
+  double alpha_noise_rms = 0;  ///< the part of alpha_rms that is sampling noise of the truth
+  double noise_psnr = 0;       ///< dB, the sampling noise of the truth against the same peak
 };
 
 struct Comparison {
   PairKind kind = PairKind::held_out;
-  int pairs = 0;
+  int pair_count = 0;
   double peak = 0;  ///< 1/sr, of all PSNR
   std::vector<LevelComparison> levels;
 };
 
 /// The peak of these pairs, 1/sr: the 99.9th percentile of alpha * r at level 0, or if that is 0, the
 /// largest.
-double peak_of(const PairSamples& truth);
+double psnr_peak(const PairSamples& truth);
 
-/// `peak`: 0 means peak_of(truth); to compare figures of several sets, pass the held-out set's peak for all.
-/// FABRIC_MISMATCH unless the samples have the texels of the fabric's level 0.
+/// `peak`: 0 means psnr_peak(truth); to compare figures of several sets, pass the held-out set's peak for
+/// all. FABRIC_MISMATCH unless the samples have the texels of the fabric's level 0.
 Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak = 0);
 
 /// As compare(), of the yarn, level -1, at the sizes of all levels; at 1 x 1 its mean over a repeat counts.

@@ -13,21 +13,21 @@ namespace member = names::member;
 
 }  // namespace
 
-Result<void> measure_side(const Fabric& side, const PairSamples& held_out, FitRecord& record) {
+Result<void> add_side_accuracy(const Fabric& side, const PairSamples& held_out, FitRecord& record) {
   if (held_out.pairs.empty()) return {};
   const auto comparison = compare(side, held_out, PairKind::held_out, record.peak);
   if (!comparison) return tl::unexpected(comparison.error());
-  record.pairs += comparison->pairs;
+  record.pair_count += comparison->pair_count;
   record.peak = comparison->peak;
   for (const LevelComparison& level : comparison->levels)
     record.psnr[index_of(side.side)].push_back(level.psnr);
   return {};
 }
 
-std::string accuracy_text(const FitRecord& record) {
+std::string accuracy_json(const FitRecord& record) {
   json text = json::object();
-  if (record.pairs > 0)
-    text = {{member::pairs, record.pairs}, {member::peak, short_number(record.peak, "{:.6g}")}};
+  if (record.pair_count > 0)
+    text = {{member::pairs, record.pair_count}, {member::peak, short_number(record.peak, "{:.6g}")}};
   for (const Side side : all_sides) {
     for (const double psnr : record.psnr[index_of(side)])
       text[name_of(side)].push_back(short_number(psnr, "{:.2f}"));

@@ -7,7 +7,7 @@
 
 namespace selvedge {
 
-std::vector<std::vector<Overlap>> overlaps(int fine, int coarse) {
+std::vector<std::vector<Overlap>> texel_overlaps(int fine, int coarse) {
   std::vector<std::vector<Overlap>> result(coarse);
   // In units of 1 / coarse of a fine texel all borders are integers, so that overlaps are exact.
   for (int c = 0; c < coarse; ++c) {
@@ -31,10 +31,10 @@ SampleLevel pool(const SampleLevel& fine) {
   const std::size_t views = fine.views;
   const std::size_t lights = fine.lights;
   coarse.alpha.assign(texels * views, 0);
-  coarse.normal.assign(texels, V3f(0, 0, 0));
+  coarse.normal_sum.assign(texels, V3f(0, 0, 0));
   coarse.radiance.assign(texels * views * lights, V3f(0, 0, 0));
-  const auto columns = overlaps(fine.width, coarse.width);
-  const auto rows = overlaps(fine.height, coarse.height);
+  const auto columns = texel_overlaps(fine.width, coarse.width);
+  const auto rows = texel_overlaps(fine.height, coarse.height);
   parallel_for(0, coarse.texels(), [&](std::size_t texel) {
     std::vector<V3d> sum(lights);
     V3d normal(0, 0, 0);
@@ -45,7 +45,7 @@ SampleLevel pool(const SampleLevel& fine) {
         for (const Overlap& column : columns[texel % coarse.width]) {
           const std::size_t from = row.fine * fine.width + column.fine;
           // Sums of visible normals are already weighted by opacity.
-          if (view == 0) normal += V3d(fine.normal[from]) * (row.fraction * column.fraction);
+          if (view == 0) normal += V3d(fine.normal_sum[from]) * (row.fraction * column.fraction);
           const double w =
               row.fraction * column.fraction * static_cast<double>(fine.alpha[from * views + view]);
           if (w == 0) continue;
@@ -59,7 +59,7 @@ SampleLevel pool(const SampleLevel& fine) {
       V3f* out = &coarse.radiance[(texel * views + view) * lights];
       for (std::size_t l = 0; l < lights; ++l) out[l] = V3f(sum[l] / weight);
     }
-    coarse.normal[texel] = V3f(normal);
+    coarse.normal_sum[texel] = V3f(normal);
   });
   return coarse;
 }
@@ -67,8 +67,8 @@ SampleLevel pool(const SampleLevel& fine) {
 std::vector<V3d> pool_image(const std::vector<V3d>& values, int width, int height) {
   const int coarse_width = level_size(width, 1);
   const int coarse_height = level_size(height, 1);
-  const auto columns = overlaps(width, coarse_width);
-  const auto rows = overlaps(height, coarse_height);
+  const auto columns = texel_overlaps(width, coarse_width);
+  const auto rows = texel_overlaps(height, coarse_height);
   std::vector<V3d> result;
   for (const auto& row : rows) {
     for (const auto& column : columns) {

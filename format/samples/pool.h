@@ -19,7 +19,7 @@ struct Overlap {
 };
 
 /// The overlaps of each of `coarse` texels with `fine` texels, fine >= coarse >= 1.
-std::vector<std::vector<Overlap>> overlaps(int fine, int coarse);
+std::vector<std::vector<Overlap>> texel_overlaps(int fine, int coarse);
 
 /// Precondition: the level is larger than 1 x 1.
 SampleLevel pool(const SampleLevel& fine);

@@ -27,26 +27,26 @@ json list_of(const V3f& v) { return {v.x, v.y, v.z}; }
 /// A unit vector, of the upper hemisphere unless both sides are known.
 V3f direction(const JsonIo& pair, const char* name, bool both_sides) {
   V3f v(0, 0, 1);
-  pair.reals(name, {&v.x, 3});
+  pair.numbers(name, {&v.x, 3});
   if (!(std::abs(v.length() - 1) < 1e-3F) || !(v.z >= 0 || both_sides))
-    pair.refuse(name, "is not a unit direction above the cloth");
+    pair.add_issue(name, "is not a unit direction above the cloth");
   return v;
 }
 
 /// A grid with its directions, which are informative.
 void grid_io(const JsonIo& text, const char* name, DirectionGrid& grid) {
   const JsonIo object = text.grid(name, grid, FabricLimits{}.directions);
-  if (text.reads()) return;
+  if (text.is_reading()) return;
   json directions = json::array();
-  for (const V3f& d : directions_of(grid)) directions.push_back(list_of(d));
+  for (const V3f& d : cell_directions(grid)) directions.push_back(list_of(d));
   object.set(member::directions, std::move(directions));
 }
 
 void pairs_io(const JsonIo& sets, SamplesHeader& h) {
   for (const PairKind kind : all_pair_kinds) {
     auto& pairs = h.pairs[index_of(kind)];
-    if (!sets || (kind == PairKind::measured && !sets.optional(name_of(kind), !pairs.empty()))) continue;
-    if (sets.reads()) {
+    if (!sets || (kind == PairKind::measured && !sets.has_optional(name_of(kind), !pairs.empty()))) continue;
+    if (sets.is_reading()) {
       for (const JsonIo& pair : sets.items(name_of(kind)))
         pairs.push_back(
             {direction(pair, member::light, h.both_sides), direction(pair, member::view, h.both_sides)});
@@ -63,25 +63,25 @@ void pairs_io(const JsonIo& sets, SamplesHeader& h) {
 void header_io(const JsonIo& text, SamplesHeader& h) {
   const FabricLimits limits;
   constexpr int max_samples = std::numeric_limits<int>::max();
-  text.wholes(member::texels, h.width, h.height, 1, limits.texels_per_side);
-  text.reals(member::mm_per_repeat, {&h.period_mm.x, 2}, RealRule::positive);
-  text.real(member::reference_height, h.reference_height);
-  text.real(member::thickness, h.thickness_mm, RealRule::not_negative);
+  text.integer_pair(member::texels, h.width, h.height, 1, limits.texels_per_side);
+  text.numbers(member::mm_per_repeat, {&h.period_mm.x, 2}, RealRule::positive);
+  text.number(member::reference_height, h.reference_height);
+  text.number(member::thickness, h.thickness_mm, RealRule::not_negative);
   grid_io(text, member::views, h.views);
   grid_io(text, member::lights, h.lights);
-  text.whole(member::samples_per_texel, h.samples_per_texel, 0, max_samples);
-  text.whole(member::truth_samples, h.truth_samples, 0, max_samples);
-  if (text.optional(member::sides, h.both_sides)) {
-    if (!text.reads())
+  text.integer(member::samples_per_texel, h.samples_per_texel, 0, max_samples);
+  text.integer(member::truth_samples, h.truth_samples, 0, max_samples);
+  if (text.has_optional(member::sides, h.both_sides)) {
+    if (!text.is_reading())
       text.set(member::sides, member::both);
     else if (text.value()[member::sides] != member::both)
-      text.refuse(member::sides, "is not \"both\"");
+      text.add_issue(member::sides, "is not \"both\"");
     h.both_sides = true;
   }
   pairs_io(text.object(member::pairs), h);
-  if (text.optional(names::part_yarns, h.yarns.curves > 0))
+  if (text.has_optional(names::part_yarns, h.yarns.curves > 0))
     text.object(names::part_yarns).yarn_counts(h.yarns, limits);
-  if (!text.reads())
+  if (!text.is_reading())
     text.set(member::provenance, provenance_json(h.provenance));
   else if (const JsonIo provenance = text.member(member::provenance))
     h.provenance = provenance.value().dump();
@@ -145,7 +145,7 @@ Result<Planes> read_part(ExrReader& reader, const ExrPart& wanted) {
   const int index = reader.find_part(wanted.name);
   if (index < 0) return malformed(reader.name(), wanted.name, "the part is missing");
   const ExrPart& part = reader.parts()[index];
-  if (part.mipmapped || part.width != wanted.width || part.height != wanted.height)
+  if (part.has_mipmaps || part.width != wanted.width || part.height != wanted.height)
     return malformed(reader.name(), wanted.name,
                      fmt::format("is not a scanline part of {}x{} pixels", wanted.width, wanted.height));
   if (part.channels.size() != wanted.channels.size())
@@ -273,8 +273,8 @@ Result<Samples> read(ExrReader reader, std::uint64_t memory) {
   MemoryAccount account(memory);
   for (const ExrPart& part : reader.parts()) {
     const std::uint64_t pixels = std::uint64_t{1} * part.width * part.height;
-    if (!account.take(pixels * part.channels.size(), value_price))
-      return tl::unexpected<Error>(beyond_memory(reader.name(), part.name, "its values", memory));
+    if (!account.try_reserve(pixels * part.channels.size(), value_price))
+      return tl::unexpected<Error>(memory_limit_error(reader.name(), part.name, "its values", memory));
   }
   Samples samples;
   samples.header = value_or_throw(read_header(reader));
@@ -288,8 +288,8 @@ Result<Samples> read(ExrReader reader, std::uint64_t memory) {
 
 }  // namespace
 
-std::vector<V3f> directions_of(const DirectionGrid& grid, bool both_sides) {
-  std::vector<V3f> directions = directions_of(grid);
+std::vector<V3f> cell_directions(const DirectionGrid& grid, bool both_sides) {
+  std::vector<V3f> directions = cell_directions(grid);
   for (int i = 0; both_sides && i < grid.count(); ++i) directions.push_back(mirrored(directions[i]));
   return directions;
 }
@@ -311,8 +311,8 @@ Result<SamplesHeader> samples_header_from_json(const std::string& text, const st
   SamplesHeader header;
   if (const JsonIo version = reader.member(member::version);
       version && version.value() != names::samples_version)
-    version.refuse(fmt::format("{} is not understood: this program reads version {}", version.value().dump(),
-                               names::samples_version));
+    version.add_issue(fmt::format("{} is not understood: this program reads version {}",
+                                  version.value().dump(), names::samples_version));
   if (!sink.has_error()) header_io(reader, header);
   if (!sink.has_error()) return header;
   Error error = sink.first_error();
@@ -320,7 +320,7 @@ Result<SamplesHeader> samples_header_from_json(const std::string& text, const st
   return tl::unexpected(std::move(error));
 }
 
-PairSamples pairs_of(const PairSamples& all, Side side) {
+PairSamples side_pairs(const PairSamples& all, Side side) {
   PairSamples result;
   result.width = all.width;
   result.height = all.height;
@@ -343,12 +343,12 @@ PairSamples pairs_of(const PairSamples& all, Side side) {
   return result;
 }
 
-SideSamples samples_of(const Samples& samples, Side side) {
+SideSamples side_samples(const Samples& samples, Side side) {
   const SamplesHeader& h = samples.header;
   SideSamples result{h, {}, {}};
   result.header.side = side;
   for (const PairKind kind : all_pair_kinds) {
-    result.pairs[index_of(kind)] = pairs_of(samples.pairs[index_of(kind)], side);
+    result.pairs[index_of(kind)] = side_pairs(samples.pairs[index_of(kind)], side);
     result.header.pairs[index_of(kind)] = result.pairs[index_of(kind)].pairs;
   }
   SampleLevel& level = result.level;
@@ -359,17 +359,17 @@ SideSamples samples_of(const Samples& samples, Side side) {
   const std::size_t texels = h.texels();
   const std::size_t views = level.views;
   const std::size_t lights = level.lights;
-  const bool behind = view_behind(side);
+  const bool behind = is_view_behind(side);
   // Lights on the side of the view come first for views in front, and last for those behind.
-  const std::size_t first_light = behind != lets_through(side) ? lights : 0;
+  const std::size_t first_light = behind != is_transmission(side) ? lights : 0;
   level.alpha.resize(texels * views);
-  level.normal.assign(texels, V3f(0, 0, 0));
+  level.normal_sum.assign(texels, V3f(0, 0, 0));
   level.radiance.resize(texels * views * lights);
   for (std::size_t v = 0; v < views; ++v) {
     const ViewSamples& view = samples.views[v + (behind ? views : 0)];
     for (std::size_t t = 0; t < texels; ++t) {
       level.alpha[t * views + v] = view.alpha[t];
-      level.normal[t] += view.normal[t];
+      level.normal_sum[t] += view.normal[t];
       V3f* out = &level.radiance[(t * views + v) * lights];
       for (std::size_t l = 0; l < lights; ++l) out[l] = view.radiance[(first_light + l) * texels + t];
     }
@@ -377,7 +377,7 @@ SideSamples samples_of(const Samples& samples, Side side) {
   return result;
 }
 
-Result<void> round_as_stored(Samples& samples) {
+Result<void> round_to_half(Samples& samples) {
   const auto round = [](float& value) { value = Imath::half(value); };
   const auto round_vectors = [&](std::vector<V3f>& vectors) {
     for (V3f& v : vectors)
@@ -441,7 +441,7 @@ Result<void> write_samples(const std::string& path, const Samples& samples) {
       add(yarn_light_part(h, names::part_light_through), {indirect_values(samples.yarns, true)});
   }
   parts.front().attributes[names::attribute_samples] = samples_header_to_json(h);
-  return result_of([&] {
+  return catch_failure([&] {
     auto writer = value_or_throw(ExrWriter::create(path, parts));
     for (std::size_t i = 0; i < parts.size(); ++i)
       value_or_throw(writer.write_level(static_cast<int>(i), 0,
@@ -451,13 +451,13 @@ Result<void> write_samples(const std::string& path, const Samples& samples) {
 }
 
 Result<Samples> read_samples(const std::string& path, std::uint64_t memory) {
-  return result_of([&] { return read(value_or_throw(ExrReader::open(path)), memory); });
+  return catch_failure([&] { return read(value_or_throw(ExrReader::open(path)), memory); });
 }
 
 Result<Samples> read_samples(std::span<const std::uint8_t> bytes, const std::string& name,
                              const ExrLimits& limits) {
-  return result_of(
-      [&] { return read(value_or_throw(ExrReader::open(bytes, name, limits)), default_memory); });
+  return catch_failure(
+      [&] { return read(value_or_throw(ExrReader::open(bytes, name, limits)), default_memory_limit); });
 }
 
 Result<SamplesHeader> read_samples_header(const std::string& path) {

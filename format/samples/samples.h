@@ -58,7 +58,7 @@ struct SamplesHeader : FabricInfo {
 };
 
 /// All views of a file, or all lights.
-std::vector<V3f> directions_of(const DirectionGrid& grid, bool both_sides);
+std::vector<V3f> cell_directions(const DirectionGrid& grid, bool both_sides);
 
 /// The attribute text of a header, and back; `file` is for messages. SAMPLES_MALFORMED if the text breaks a
 /// rule of spec/samples.md.
@@ -99,9 +99,9 @@ struct SampleLevel {
   int height = 0;
   int views = 0;
   int lights = 0;
-  std::vector<float> alpha;   ///< [texel * views + view]
-  std::vector<V3f> normal;    ///< [texel], sum over views of the visible normals
-  std::vector<V3f> radiance;  ///< [(texel * views + view) * lights + light]
+  std::vector<float> alpha;     ///< [texel * views + view]
+  std::vector<V3f> normal_sum;  ///< [texel], sum over views of the visible normals
+  std::vector<V3f> radiance;    ///< [(texel * views + view) * lights + light]
   int texels() const { return width * height; }
 };
 
@@ -112,19 +112,19 @@ struct SideSamples {
   ByPairKind<PairSamples> pairs;
 };
 /// Precondition: the front, or header.both_sides.
-SideSamples samples_of(const Samples& samples, Side side);
+SideSamples side_samples(const Samples& samples, Side side);
 /// The same of one set of pairs.
-PairSamples pairs_of(const PairSamples& all, Side side);
+PairSamples side_pairs(const PairSamples& all, Side side);
 
 /// Rounds the samples to half precision, as their file stores them. SAMPLES_NOT_FINITE, with the place in the
 /// file, for a sample that is NaN, infinite or negative, or beyond half precision.
-Result<void> round_as_stored(Samples& samples);
+Result<void> round_to_half(Samples& samples);
 
 /// Writes a file. Precondition: the samples have the sizes of their header, and are rounded.
 Result<void> write_samples(const std::string& path, const Samples& samples);
 
 /// Reads and checks a file. SAMPLES_NOT_FINITE, with the place, for NaN, infinite and negative samples.
-Result<Samples> read_samples(const std::string& path, std::uint64_t memory = default_memory);
+Result<Samples> read_samples(const std::string& path, std::uint64_t memory = default_memory_limit);
 /// From memory; `name` is used in messages.
 Result<Samples> read_samples(std::span<const std::uint8_t> bytes, const std::string& name,
                              const ExrLimits& limits = {});

@@ -21,28 +21,29 @@ Result<void> check(const CameraOptions& o) {
     return refuse("--distance", "must be above 0 and at most 1e12 metres");
   if (o.look_at && !std::isfinite(o.look_at->length2())) return refuse("--look-at", "must be finite");
   if (!(o.zoom > 0 && o.zoom <= 1e9)) return refuse("--zoom", "must be above 0 and at most 1e9");
-  if (!(std::abs(o.focus.x - 0.5) <= 1e3 && std::abs(o.focus.y - 0.5) <= 1e3))
+  if (!(std::abs(o.zoom_centre.x - 0.5) <= 1e3 && std::abs(o.zoom_centre.y - 0.5) <= 1e3))
     return refuse("--focus", "must lie near [0, 1]");
   return {};
 }
 
 /// Narrows the frame by the zoom, around the focus.
 void apply_zoom(const CameraOptions& options, Camera& camera) {
-  camera.window_centre = V2d(2 * options.focus.x - 1, 1 - 2 * options.focus.y) * camera.window_half;
-  camera.window_half /= options.zoom;
+  camera.window_centre =
+      V2d(2 * options.zoom_centre.x - 1, 1 - 2 * options.zoom_centre.y) * camera.window_half_size;
+  camera.window_half_size /= options.zoom;
 }
 
 }  // namespace
 
 M44d clip_matrix(const Camera& camera, const V3d& origin) {
-  const V3d back = camera.back();
+  const V3d back = camera.image_normal();
   const V3d shift = origin - camera.position;
   // World -> camera: x right, y up, z towards the viewer.
   const M44d to_camera(camera.right.x, camera.up.x, back.x, 0,  //
                        camera.right.y, camera.up.y, back.y, 0,  //
                        camera.right.z, camera.up.z, back.z, 0,  //
                        shift.dot(camera.right), shift.dot(camera.up), shift.dot(back), 1);
-  const V2d h = camera.window_half;
+  const V2d h = camera.window_half_size;
   const V2d c = camera.window_centre;
   const double n = camera.near;
   const double f = camera.far;
@@ -65,8 +66,8 @@ M44d clip_matrix(const Camera& camera, const V3d& origin) {
 
 V3d view_direction(const Camera& camera, const V2d& image_point) {
   if (camera.projection == Projection::parallel) return camera.to_viewer;
-  const V2d p = camera.window_centre + image_point * camera.window_half;
-  return (camera.back() - camera.right * p.x - camera.up * p.y).normalized();
+  const V2d p = camera.window_centre + image_point * camera.window_half_size;
+  return (camera.image_normal() - camera.right * p.x - camera.up * p.y).normalized();
 }
 
 Result<Camera> make_camera(std::span<const V3d> points, double aspect, const CameraOptions& options) {
@@ -119,14 +120,14 @@ Result<Camera> make_camera(std::span<const V3d> points, double aspect, const Cam
   const double distance = options.distance.value_or(std::max(fit_distance, 1e-3 * size) * margin);
   if (options.projection == Projection::perspective) {
     camera.position = target + back * distance;
-    camera.window_half = slope;
+    camera.window_half_size = slope;
     camera.far = std::max(distance - farthest, 1e-9) * 1.01 + 1e-3 * size;
     camera.near = std::max({distance - nearest - 1e-3 * size, camera.far * 1e-4, 1e-12});
   } else {
     camera.position = target;
     const double half_height =
         options.distance ? *options.distance * slope_y : std::max(fit_half_height, 1e-3 * size) * margin;
-    camera.window_half = V2d(half_height * aspect, half_height);
+    camera.window_half_size = V2d(half_height * aspect, half_height);
     camera.near = -nearest - 1e-2 * size;
     camera.far = -farthest + 1e-2 * size;
   }
@@ -134,8 +135,8 @@ Result<Camera> make_camera(std::span<const V3d> points, double aspect, const Cam
   return camera;
 }
 
-Result<Camera> camera_of(const Scene& scene, const std::string& wanted, std::span<const V3d> points,
-                         double aspect, const CameraOptions& options) {
+Result<Camera> find_scene_camera(const Scene& scene, const std::string& wanted, std::span<const V3d> points,
+                                 double aspect, const CameraOptions& options) {
   if (const auto good = check(options); !good) return tl::unexpected(good.error());
   const SceneCamera* found = nullptr;
   std::string present;
@@ -161,15 +162,15 @@ Result<Camera> camera_of(const Scene& scene, const std::string& wanted, std::spa
   camera.to_viewer = back;
   if (camera.right.length() < 0.5)
     return fail(Code::gltf_malformed, scene.file, "--camera", "its node has no direction upwards");
-  camera.projection = found->perspective ? Projection::perspective : Projection::parallel;
-  V2d half = found->magnification;
+  camera.projection = found->is_perspective ? Projection::perspective : Projection::parallel;
+  V2d half = found->half_size;
   double own_aspect = half.x / half.y;
-  if (found->perspective) {
+  if (found->is_perspective) {
     own_aspect = found->aspect.value_or(aspect);
     half.y = std::tan(found->yfov / 2);
   }
   half.y *= std::max(1.0, own_aspect / aspect);  // the frame contains the camera's own
-  camera.window_half = V2d(half.y * aspect, half.y);
+  camera.window_half_size = V2d(half.y * aspect, half.y);
   double farthest = found->znear;
   for (const V3d& point : points) farthest = std::max(farthest, (camera.position - point).dot(back));
   camera.near = found->znear;

@@ -17,7 +17,7 @@ inline constexpr double radians_per_degree = std::numbers::pi / 180;
 enum class Projection { perspective, parallel };
 
 /// The image plane is spanned by `right` and `up`; world lengths in metres. An image point (s, t) in
-/// [-1, 1]^2 (right, up) lies at window_centre + (s, t) * window_half on this plane, which is at unit
+/// [-1, 1]^2 (right, up) lies at window_centre + (s, t) * window_half_size on this plane, which is at unit
 /// distance before `position` (perspective) or contains `position` (parallel).
 struct Camera {
   Projection projection = Projection::perspective;
@@ -28,13 +28,13 @@ struct Camera {
   /// the image plane is still shown undistorted.
   V3d to_viewer{0, 0, 1};
   V2d window_centre{0, 0};
-  V2d window_half{1, 1};
+  V2d window_half_size{1, 1};
   /// Clipping depths, measured from `position` into the picture; a parallel camera may have a negative
   /// `near`.
   double near = 0.01;
   double far = 100;
 
-  V3d back() const { return right.cross(up); }
+  V3d image_normal() const { return right.cross(up); }
 };
 
 /// World -> OpenGL clip space (row vectors: clip = p * M), for coordinates taken relative to `origin`.
@@ -51,7 +51,7 @@ struct CameraOptions {
   std::optional<V3d> look_at;      ///< m; default: centres the points in the frame
   std::optional<double> distance;  ///< m from look_at; default: all points fit the frame
   double zoom = 1;                 ///< narrows the frame by this factor ...
-  V2d focus{0.5, 0.5};             ///< ... around this point of it; (0, 0) top left, (1, 1) bottom right
+  V2d zoom_centre{0.5, 0.5};       ///< ... around this point of it; (0, 0) top left, (1, 1) bottom right
 };
 
 /// A camera for a frame of width : height = `aspect` that shows `points` (at least one, finite; world, m)
@@ -61,7 +61,7 @@ Result<Camera> make_camera(std::span<const V3d> points, double aspect, const Cam
 /// The scene's camera with the name or number `wanted`, for a frame of width : height = `aspect` that
 /// contains the camera's own frame. Without a far plane the picture ends behind the last of `points` (world,
 /// m). Only `zoom` and `focus` of the options apply. OPTION_OUT_OF_RANGE if the scene has no such camera.
-Result<Camera> camera_of(const Scene& scene, const std::string& wanted, std::span<const V3d> points,
-                         double aspect, const CameraOptions& options);
+Result<Camera> find_scene_camera(const Scene& scene, const std::string& wanted, std::span<const V3d> points,
+                                 double aspect, const CameraOptions& options);
 
 }  // namespace selvedge

@@ -72,7 +72,7 @@ V3d broad_side(const std::vector<Sample>& samples, bool upright) {
 
 }  // namespace
 
-Imath::Box3d bulk_of(const Scene& scene, const SceneParts& parts) {
+Imath::Box3d bulk_box(const Scene& scene, const SceneParts& parts) {
   const std::vector<Sample> samples = samples_of(scene, parts);
   Imath::Box3d bulk;
   for (int axis = 0; axis < 3; ++axis) {
@@ -101,7 +101,7 @@ double stray_distance_of(const V3d& point, const Imath::Box3d& bulk) {
   return away > stray_distance * bulk.size().length() ? away : 0;
 }
 
-std::vector<V3d> points_of(const Scene& scene, const SceneInstance& part) {
+std::vector<V3d> used_points(const Scene& scene, const SceneInstance& part) {
   const ScenePrimitive& primitive = scene.primitives[part.primitive];
   std::vector<bool> used(primitive.positions.size());
   for (const std::uint32_t index : primitive.indices) used[index] = true;
@@ -113,7 +113,7 @@ std::vector<V3d> points_of(const Scene& scene, const SceneInstance& part) {
 }
 
 Result<Framing> frame_scene(const Scene& scene) {
-  return result_of([&] {
+  return catch_failure([&] {
     Framing framing;
     value_or_throw(world_points(scene));
     const auto has_fabric = [&](const SceneInstance& part) {
@@ -126,14 +126,14 @@ Result<Framing> frame_scene(const Scene& scene) {
       if (!has_cloth || has_fabric(part)) cloth.push_back(&part);
     }
     const std::vector<Sample> samples = samples_of(scene, cloth);
-    const Imath::Box3d bulk = bulk_of(scene, cloth);
+    const Imath::Box3d bulk = bulk_box(scene, cloth);
     Imath::Box3d left_out;
     const auto frame = [&](const SceneInstance& part, bool whole, const auto& inside) {
-      std::vector<V3d> points = points_of(scene, part);
+      std::vector<V3d> points = used_points(scene, part);
       double stray = 0;
       for (const V3d& point : points) stray = std::max(stray, stray_distance_of(point, bulk));
       if (stray > 0)
-        framing.strays.push_back(
+        framing.stray_remarks.push_back(
             fmt::format("{} reaches {:.3g} m away from the rest: the frame leaves that out",
                         scene.primitives[part.primitive].name, stray));
       const auto beyond = std::partition(points.begin(), points.end(), inside);
@@ -153,30 +153,31 @@ Result<Framing> frame_scene(const Scene& scene) {
     }
     const std::array<V3d, 2> ends{left_out.min, left_out.max};
     for (std::size_t i = 0; i < 8 && !left_out.isEmpty(); ++i)
-      framing.left_out.emplace_back(ends[i % 2].x, ends[i / 2 % 2].y, ends[i / 4].z);
+      framing.excluded_corners.emplace_back(ends[i % 2].x, ends[i / 2 % 2].y, ends[i / 4].z);
     const double shown = shown_area(samples, V3d(0, 0, 1));
     for (const auto& [upright, fraction] : {std::pair(false, min_shown), {true, min_upright}}) {
       const V3d side = broad_side(samples, upright);
-      if (!framing.turned.empty() || shown >= fraction * shown_area(samples, side)) continue;
+      if (!framing.turn_remark.empty() || shown >= fraction * shown_area(samples, side)) continue;
       const bool is_steep = std::abs(side.y) > 0.999;
       framing.azimuth = is_steep ? 0 : std::atan2(side.x, side.z) / radians_per_degree;
       framing.elevation = std::asin(std::clamp(side.y, -1.0, 1.0)) / radians_per_degree;
-      framing.turned =
+      framing.turn_remark =
           fmt::format("the front shows the cloth {}: it is seen from --azimuth {:.0f} --elevation {:.0f}",
                       upright ? "from its narrow side" : "edge-on", framing.azimuth, framing.elevation);
     }
-    if (framing.turned.empty() && scene.front != 0) {
-      framing.azimuth = scene.front;
-      framing.turned = fmt::format("VRM 0 faces -z: it is seen from --azimuth {:.0f}", scene.front);
+    if (framing.turn_remark.empty() && scene.front_azimuth != 0) {
+      framing.azimuth = scene.front_azimuth;
+      framing.turn_remark =
+          fmt::format("VRM 0 faces -z: it is seen from --azimuth {:.0f}", scene.front_azimuth);
     }
     return framing;
   });
 }
 
-void show_depths(std::span<const V3d> points, Camera& camera) {
+void widen_clipping_depths(std::span<const V3d> points, Camera& camera) {
   const double depth = camera.far - camera.near;
   for (const V3d& point : points) {
-    const double at = (camera.position - point).dot(camera.back());
+    const double at = (camera.position - point).dot(camera.image_normal());
     camera.far = std::max(camera.far, at * 1.01 + 1e-3 * depth);
     camera.near = std::min(camera.near, at - 1e-3 * depth);
   }

@@ -4,7 +4,7 @@
 #include <cmath>
 
 namespace selvedge {
-Illumination light_at(const Light& light, const V3d& point) {
+Illumination illumination_at(const Light& light, const V3d& point) {
   constexpr double max_fraction = 1e24;  // irradiances near a light stay finite
   if (light.kind == LightKind::directional) return {light.direction, light.irradiance};
   const V3d towards = light.position - point;
@@ -18,14 +18,14 @@ Illumination light_at(const Light& light, const V3d& point) {
   }
   if (light.kind == LightKind::spot) {
     const double cosine = direction.dot(light.direction);
-    const double t =
-        std::clamp((cosine - light.cos_outer) / std::max(light.cos_inner - light.cos_outer, 1e-3), 0.0, 1.0);
+    const double t = std::clamp(
+        (cosine - light.outer_cosine) / std::max(light.inner_cosine - light.outer_cosine, 1e-3), 0.0, 1.0);
     fraction *= t * t;
   }
   return {direction, light.irradiance * static_cast<float>(std::min(fraction, max_fraction))};
 }
 
-std::vector<Light> lights_of(const Scene& scene) {
+std::vector<Light> scene_lights(const Scene& scene) {
   std::vector<Light> lights;
   for (const SceneLight& source : scene.lights) {
     Light light;
@@ -34,20 +34,20 @@ std::vector<Light> lights_of(const Scene& scene) {
     light.irradiance = source.color * source.intensity;
     light.position = source.position;
     light.range = source.range;
-    light.cos_inner = std::cos(source.inner_cone);
-    light.cos_outer = std::cos(source.outer_cone);
+    light.inner_cosine = std::cos(source.inner_cone);
+    light.outer_cosine = std::cos(source.outer_cone);
     lights.push_back(light);
   }
   return lights;
 }
 
-V3d from_camera_frame(const Camera& camera, const V3d& d) {
-  return camera.right * d.x + camera.up * d.y + camera.back() * d.z;
+V3d camera_to_world(const Camera& camera, const V3d& d) {
+  return camera.right * d.x + camera.up * d.y + camera.image_normal() * d.z;
 }
 
-std::vector<Light> from_camera_frame(const Camera& camera, std::vector<Light> lights) {
+std::vector<Light> camera_to_world(const Camera& camera, std::vector<Light> lights) {
   for (Light& light : lights)
-    if (light.kind == LightKind::directional) light.direction = from_camera_frame(camera, light.direction);
+    if (light.kind == LightKind::directional) light.direction = camera_to_world(camera, light.direction);
   return lights;
 }
 
@@ -61,7 +61,7 @@ std::vector<Light> key_and_fill_lights() {
 }
 
 std::vector<Light> default_lights(const Camera& camera) {
-  return from_camera_frame(camera, key_and_fill_lights());
+  return camera_to_world(camera, key_and_fill_lights());
 }
 
 }  // namespace selvedge

@@ -20,7 +20,7 @@ V2d UvTransform::apply_linear(const V2d& uv) const {
 
 V2d UvTransform::apply(const V2d& uv) const { return apply_linear(uv) + offset; }
 
-bool is_near(const V3d& place) {
+bool is_in_coordinate_range(const V3d& place) {
   constexpr double reach = 1e9;
   return std::abs(place.x) <= reach && std::abs(place.y) <= reach && std::abs(place.z) <= reach;
 }
@@ -31,9 +31,10 @@ Result<std::vector<V3d>> world_points(const Scene& scene) {
     const ScenePrimitive& primitive = scene.primitives[instance.primitive];
     if (std::ranges::any_of(primitive.indices, [&](auto i) { return i >= primitive.positions.size(); }))
       return fail(Code::mesh_invalid, scene.file, primitive.name, "an index is beyond the vertices");
-    const std::vector<V3d> placed = points_of(scene, instance);
-    if (!std::ranges::all_of(placed, is_near) ||
-        !std::ranges::all_of(primitive.positions, is_near, [](const V3f& p) { return V3d(p); }))
+    const std::vector<V3d> placed = used_points(scene, instance);
+    if (!std::ranges::all_of(placed, is_in_coordinate_range) ||
+        !std::ranges::all_of(primitive.positions, is_in_coordinate_range,
+                             [](const V3f& p) { return V3d(p); }))
       return fail(Code::mesh_not_finite, scene.file, primitive.name, "a position is beyond 10^9 m");
     points.insert(points.end(), placed.begin(), placed.end());
   }

@@ -36,7 +36,7 @@ struct TextureReference {
   UvTransform transform;
   Wrap wrap_u = Wrap::repeat;
   Wrap wrap_v = Wrap::repeat;
-  bool nearest = false;  ///< magnified without interpolation
+  bool has_nearest_filter = false;  ///< magnified without interpolation
 };
 
 struct FabricReference {
@@ -46,7 +46,7 @@ struct FabricReference {
 };
 
 /// Textures of the garment that stay visible with the fabric: members of the extension.
-struct GarmentParts {
+struct GarmentTextures {
   TextureReference mask;     ///< in alpha
   float mask_cutoff = 0.5F;  ///< the surface is not there where the mask is less
   TextureReference normal;   ///< linear, bends the fabric's frame
@@ -76,7 +76,7 @@ struct SceneMaterial {
   float alpha_cutoff = 0.5F;
   bool double_sided = false;
   std::optional<FabricReference> fabric;
-  GarmentParts kept;  ///< with a fabric
+  GarmentTextures garment_textures;  ///< with a fabric
 };
 
 /// Triangles with one material, in the mesh's coordinates, or for a skinned mesh in the world's. Morph
@@ -84,7 +84,7 @@ struct SceneMaterial {
 struct ScenePrimitive {
   std::string name;  ///< "mesh name/primitive index"
   int mesh = 0;      ///< the primitive is /meshes/mesh/primitives/index in the file
-  int index = 0;
+  int primitive_index = 0;
   int material = -1;
   std::vector<V3f> positions;
   std::vector<V3f> normals;                    ///< this and the next three: empty if the file has none
@@ -131,10 +131,10 @@ struct SceneLight {
 /// A camera of the file; it looks along -z of its axes, +y is up.
 struct SceneCamera {
   std::string name;
-  bool perspective = true;
+  bool is_perspective = true;
   double yfov = 1;               ///< perspective: vertical field of view, radians
   std::optional<double> aspect;  ///< perspective: width : height, if the file has it
-  V2d magnification{1, 1};       ///< orthographic: half width and half height, m
+  V2d half_size{1, 1};           ///< orthographic: half width and half height, m
   double znear = 0;              ///< m
   std::optional<double> zfar;    ///< m; empty: infinite
   M44d world;                    ///< camera -> world, scales included
@@ -149,14 +149,14 @@ struct Scene {
   std::vector<SceneFabric> fabrics;
   std::vector<SceneLight> lights;
   std::vector<SceneCamera> cameras;
-  double front = 0;                            ///< azimuth that it faces, degrees: 180 of VRM 0, else 0
-  std::vector<std::string> variants;           ///< names, one for each of the file
-  std::vector<std::string> remarks;            ///< features of the file that are ignored, one line each
-  std::uint64_t memory_left = default_memory;  ///< bytes for its fabrics and textures (base/memory.h)
+  double front_azimuth = 0;                          ///< azimuth that it faces, degrees: 180 of VRM 0, else 0
+  std::vector<std::string> variants;                 ///< names, one for each of the file
+  std::vector<std::string> remarks;                  ///< features of the file that are ignored, one line each
+  std::uint64_t memory_left = default_memory_limit;  ///< bytes for its fabrics and textures (base/memory.h)
 };
 
 /// Whether no coordinate exceeds 10^9: squares of areas beyond overflow floats.
-bool is_near(const V3d& place);
+bool is_in_coordinate_range(const V3d& place);
 
 /// World positions (m) of all vertices that triangles use. GARMENT_EMPTY without triangles, MESH_NOT_FINITE
 /// unless all are near, in their primitives also; MESH_INVALID.

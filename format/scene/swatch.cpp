@@ -33,9 +33,9 @@ SwatchShot swatch_shot(SwatchView view, const V2d& period_mm, int width, int hei
   shot.width = width;
   shot.height = height;
   Camera& camera = shot.camera;
-  camera.window_half.y = std::tan(field_of_view / 2);
-  camera.window_half.x = camera.window_half.y * aspect;
-  const double distance = extent / 2 / (place.across ? camera.window_half.x : camera.window_half.y);
+  camera.window_half_size.y = std::tan(field_of_view / 2);
+  camera.window_half_size.x = camera.window_half_size.y * aspect;
+  const double distance = extent / 2 / (place.across ? camera.window_half_size.x : camera.window_half_size.y);
   const V3d back(std::cos(elevation) * std::sin(azimuth), -std::cos(elevation) * std::cos(azimuth),
                  std::sin(elevation));
   camera.right = V3d(std::cos(azimuth), std::sin(azimuth), 0);
@@ -78,9 +78,9 @@ Scene swatch_scene(const V2d& period_mm, const SwatchShot& shot) {
   V2d high(0, 0);
   for (const double s : {-1.0, 1.0}) {
     for (const double t : {-1.0, 1.0}) {
-      const auto ray = swatch_ray(shot.camera, {s, t});
+      const auto ray = find_swatch_hit(shot.camera, {s, t});
       if (!ray) continue;
-      const V2d repeats = ray->point * 1000.0 / period_mm * V2d(1, -1);
+      const V2d repeats = ray->point_m * 1000.0 / period_mm * V2d(1, -1);
       low = V2d(std::min(low.x, repeats.x), std::min(low.y, repeats.y));
       high = V2d(std::max(high.x, repeats.x), std::max(high.y, repeats.y));
     }
@@ -91,19 +91,19 @@ Scene swatch_scene(const V2d& period_mm, const SwatchShot& shot) {
                       V2i(static_cast<int>(std::ceil(high.x)) + 1, static_cast<int>(std::ceil(high.y)) + 1));
 }
 
-std::optional<SwatchRay> swatch_ray(const Camera& camera, const V2d& image_point) {
-  SwatchRay ray;
+std::optional<SwatchHit> find_swatch_hit(const Camera& camera, const V2d& image_point) {
+  SwatchHit ray;
   ray.view = view_direction(camera, image_point);
   V3d from = camera.position;
   if (camera.projection == Projection::parallel) {
-    const V2d p = camera.window_centre + image_point * camera.window_half;
+    const V2d p = camera.window_centre + image_point * camera.window_half_size;
     from += camera.right * p.x + camera.up * p.y;
   }
   if (!(ray.view.z > 0)) return std::nullopt;
   ray.distance = from.z / ray.view.z;
   if (camera.projection == Projection::perspective && !(ray.distance > 0)) return std::nullopt;
   const V3d point = from - ray.view * ray.distance;
-  ray.point = V2d(point.x, point.y);
+  ray.point_m = V2d(point.x, point.y);
   return ray;
 }
 

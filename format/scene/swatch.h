@@ -48,14 +48,14 @@ Scene swatch_scene(const V2d& period_mm, const V2i& first, const V2i& end);
 Scene swatch_scene(const V2d& period_mm, const SwatchShot& shot);
 
 /// The intersection of a pixel's ray with the plane z = 0.
-struct SwatchRay {
-  V2d point{0, 0};      ///< m
+struct SwatchHit {
+  V2d point_m{0, 0};    ///< m
   V3d view{0, 0, 1};    ///< unit, towards the viewer; z > 0
   double distance = 0;  ///< m, from the camera's position (perspective) or image plane (parallel)
 };
 
 /// The ray through the image point (s, t) in [-1, 1]^2 (Camera); nothing if it does not meet the plane, or
 /// meets it from below.
-std::optional<SwatchRay> swatch_ray(const Camera& camera, const V2d& image_point);
+std::optional<SwatchHit> find_swatch_hit(const Camera& camera, const V2d& image_point);
 
 }  // namespace selvedge

@@ -28,8 +28,8 @@ struct Face {
   double size = 0;  ///< twice the area
 };
 
-/// Change of place for a change of texture coordinates, beside the usual one, from which on textures show
-/// nothing.
+/// Change of place for a change of texture coordinates, as a multiple of the usual one, from which on
+/// textures show nothing.
 constexpr double max_stretch = 32;
 constexpr double min_stretch = 1e-3;
 
@@ -68,7 +68,7 @@ class TangentBuilder {
   Tangents tangents() const {
     Tangents result;
     result.indices.assign(indices_.begin(), indices_.end());
-    for (const Face& face : faces_) result.streaked.push_back(face.has_uv_area ? 0 : 1);
+    for (const Face& face : faces_) result.degenerate_uvs.push_back(face.has_uv_area ? 0 : 1);
     std::vector<std::uint32_t> first(positions_.size(), none);  // group of the vertex itself
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> copies;
     std::vector<std::uint32_t> group_of(positions_.size(), none);
@@ -78,10 +78,10 @@ class TangentBuilder {
       if (group == none) continue;
       if (first[vertex] == none) first[vertex] = group;
       if (first[vertex] == group) continue;
-      const auto next = static_cast<std::uint32_t>(positions_.size() + result.copy_of.size());
+      const auto next = static_cast<std::uint32_t>(positions_.size() + result.copy_sources.size());
       const auto [entry, is_new] = copies.try_emplace({vertex, group}, next);
       if (is_new) {
-        result.copy_of.push_back(vertex);
+        result.copy_sources.push_back(vertex);
         group_of.push_back(group);
       }
       result.indices[c] = entry->second;

@@ -19,11 +19,11 @@ enum class Facing {
 struct Tangents {
   /// xyz: unit, perpendicular to the normal; zero where u has no direction. w: +1 or -1.
   std::vector<V4f> tangents;
-  std::vector<std::uint32_t> copy_of;  ///< for each copy the given vertex
-  std::vector<std::uint32_t> indices;  ///< the given ones, changed for triangles that use copies
+  std::vector<std::uint32_t> copy_sources;  ///< for each copy the given vertex
+  std::vector<std::uint32_t> indices;       ///< the given ones, changed for triangles that use copies
   /// 1 for a triangle whose texture says nothing, without area, or so much denser or sparser than
   /// others' that it only shows streaks or noise.
-  std::vector<std::uint8_t> streaked;
+  std::vector<std::uint8_t> degenerate_uvs;
 };
 
 /// The tangent of a vertex is dP/du of its triangles, weighted by their angles at the vertex and made

@@ -26,7 +26,7 @@ using Seen = std::vector<V3f>;
 Seen baked(const CellMesh& mesh, const BakeOptions& options, BakeReport& report) {
   const Baked baked = need(bake(mesh, "mesh", options));
   report = baked.report;
-  SampleLevel level = samples_of(baked.samples, Side::front).level;
+  SampleLevel level = side_samples(baked.samples, Side::front).level;
   for (std::size_t i = 0; i < level.radiance.size(); ++i) {
     level.radiance[i] *= level.alpha[i / static_cast<std::size_t>(options.lights)];
   }
@@ -37,9 +37,9 @@ Seen baked(const CellMesh& mesh, const BakeOptions& options, BakeReport& report)
 Seen plain_loop(const CellMesh& mesh, const BakeOptions& o) {
   const RayScene scene = need(RayScene::create(mesh, "mesh"));
   const PathTracer tracer(scene, o.bounces);
-  const std::vector<V3f> views = directions_of(grid_of(o.views));
-  const std::vector<V3f> lights = directions_of(grid_of(o.lights));
-  const double plane = plane_height * static_cast<double>(scene.bounds().max.z);
+  const std::vector<V3f> views = cell_directions(nearly_square_grid(o.views));
+  const std::vector<V3f> lights = cell_directions(nearly_square_grid(o.lights));
+  const double plane = plane_height_fraction * static_cast<double>(scene.bounds().max.z);
   Seen seen(static_cast<std::size_t>(o.width * o.height) * views.size() * lights.size(), V3f(0, 0, 0));
   parallel_for(0, o.width * o.height, [&](int texel) {
     for (std::size_t v = 0; v < views.size(); ++v) {
@@ -51,7 +51,7 @@ Seen plain_loop(const CellMesh& mesh, const BakeOptions& o) {
                      (1 - (texel / o.width + random.uniform()) / o.height) * mesh.period.y, plane);
         SurfacePoint point;
         if (!scene.trace(at + view * (mesh.period.x / view.z), -view, point)) continue;
-        const YarnBrdf surface = surface_at(scene, point);
+        const YarnBrdf surface = brdf_at(scene, point);
         for (std::size_t l = 0; l < lights.size(); ++l) {
           const V3d light(lights[l]);
           if (surface.normal.dot(light) <= 0 || scene.occluded(point, lights[l])) continue;
@@ -84,7 +84,7 @@ double error_of(const Seen& seen, const Seen& truth) {
 int main(int argc, char** argv) {
   const auto number = [&](int i, int otherwise) { return argc > i ? std::atoi(argv[i]) : otherwise; };
   MeshOptions meshing;
-  if (argc > 5) meshing.cells_across = number(5, 0);
+  if (argc > 5) meshing.cubes_across = number(5, 0);
   const auto mesh = need(load_cell(argc > 1 ? argv[1] : "plain-knit", meshing, {}));
   BakeOptions o;
   o.width = o.height = number(2, 32);

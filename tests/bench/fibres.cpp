@@ -36,21 +36,22 @@ constexpr double unlike = 0.1;
 constexpr double packing = 0.5;
 
 void lay_ply(const Yarn& ply, int index, int each_ply, std::uint64_t seed, Fibres& fibres) {
-  const double real = 0.5e-3 * fibre_of(ply.fibre).diameter_um;
+  const double real = 0.5e-3 * fibre_or_default(ply.fibre_kind).diameter_um;
   const double fill = packing * ply.radius_mm * ply.radius_mm;
   const int count =
       each_ply > 0 ? each_ply : std::max(1, static_cast<int>(std::lround(fill / (real * real))));
   const double radius = std::sqrt(fill / count);
   const YarnFrames frames = frames_of(ply, step_radii * ply.radius_mm);
-  const double length = frames.stations.back().length;
+  const double length = frames.stations.back().arc_length;
   // As the strands at the surface: whole turns, and the frame's rotation is spread along the repeat.
-  const double turn = 2 * pi * static_cast<double>(std::lround(length * ply.twist_per_mm)) - frames.turned;
+  const double turn =
+      2 * pi * static_cast<double>(std::lround(length * ply.twist_per_mm)) - frames.total_turn;
   const int places = std::max(2, static_cast<int>(std::lround(length / (sway_radii * ply.radius_mm))));
   const double room = ply.radius_mm - radius;
   const double between = ply.radius_mm * std::sqrt(pi / count);
   for (int k = 0; k < count; ++k) {
-    const std::uint64_t own = mix(mix(seed ^ mix(stream_place + static_cast<std::uint64_t>(index))) ^
-                                  static_cast<std::uint64_t>(k));
+    const std::uint64_t own = hash64(hash64(seed ^ hash64(stream_place + static_cast<std::uint64_t>(index))) ^
+                                     static_cast<std::uint64_t>(k));
     // Evenly over a disc: a spiral of golden angles.
     const double r = room * std::sqrt((k + 0.5) / count);
     const double angle = k * pi * (3 - std::sqrt(5.0));
@@ -58,18 +59,19 @@ void lay_ply(const Yarn& ply, int index, int each_ply, std::uint64_t seed, Fibre
     fibres.radius.push_back(static_cast<float>(radius * (1 + unlike * lattice_noise(own, 1))));
     fibres.yarn.push_back(index);
     for (const YarnStation& s : frames.stations) {
-      const double fraction = s.length / length;
+      const double fraction = s.arc_length / length;
       const auto noise = [&](std::int64_t row) {
-        return sway * between * closed_noise(own ^ mix(stream_sway), row, places, fraction * places);
+        return sway * between * closed_noise(own ^ hash64(stream_sway), row, places, fraction * places);
       };
       V2d at(r * std::cos(angle) + noise(0), r * std::sin(angle) + noise(1));
       if (at.length() > room) at *= room / at.length();
-      at *= strand_swell(ply.swells, fraction * ply.passes, byte_of_thickness);
+      at *= strand_swell(ply.swells, fraction * ply.passes, thickness_noise_byte);
       const double turned = turn * fraction;
       const V2d placed(at.x * std::cos(turned) - at.y * std::sin(turned),
                        at.x * std::sin(turned) + at.y * std::cos(turned));
       const V3d off = s.across * placed.x + s.tangent.cross(s.across) * placed.y;
-      fibres.points.emplace_back(s.position + stretched(off, s.squeeze) * thin_radius(1.0, s.squeeze));
+      fibres.points.emplace_back(s.position +
+                                 stretched(off, s.squeeze) * round_section_radius(1.0, s.squeeze));
     }
   }
 }
@@ -78,17 +80,17 @@ void add_hairs(const StitchPattern& pattern, const CellMesh& mesh, Fibres& fibre
   std::vector<int> first_ply;  // of curves
   int ply = 0;
   for (const Yarn& yarn : pattern.yarns) {
-    const int chains = yarn.plies == 1 ? 1 : std::gcd(course_of_plies(yarn).shift, yarn.plies);
+    const int chains = yarn.plies == 1 ? 1 : std::gcd(ply_twist_of(yarn).ply_shift, yarn.plies);
     const bool each = mesh.yarns.curves[first_ply.size()].plies.count == 1;
     for (int k = 0; k < (each ? chains : 1); ++k) first_ply.push_back(ply + k);
     ply += chains;
   }
-  for (std::size_t h = 0; h < mesh.hairs.roots.size(); ++h) {
-    const auto first = mesh.hairs.points.begin() + static_cast<std::ptrdiff_t>(h * Hairs::points_each);
+  for (std::size_t h = 0; h < mesh.hairs.root_triangles.size(); ++h) {
+    const auto first = mesh.hairs.points.begin() + static_cast<std::ptrdiff_t>(h * Hairs::points_per_hair);
     fibres.first.push_back(static_cast<int>(fibres.points.size()));
     fibres.radius.push_back(mesh.hairs.radius[h]);
-    fibres.yarn.push_back(first_ply[mesh.places[mesh.triangles[mesh.hairs.roots[h]].x].curve]);
-    fibres.points.insert(fibres.points.end(), first, first + Hairs::points_each);
+    fibres.yarn.push_back(first_ply[mesh.places[mesh.triangles[mesh.hairs.root_triangles[h]].x].curve]);
+    fibres.points.insert(fibres.points.end(), first, first + Hairs::points_per_hair);
   }
 }
 
@@ -404,7 +406,7 @@ double FibreScene::high() const { return state_->high; }
 
 bool FibreScene::trace(const V3d& origin, const V3d& direction, FibrePoint& point) const {
   const FibreSceneState& s = *state_;
-  return walk(s.block, origin, direction, [&](const V3d& start, double far) {
+  return walk_blocks(s.block, origin, direction, [&](const V3d& start, double far) {
     RTCRayHit query{};
     query.ray = ray_from(start, direction, far);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -432,7 +434,7 @@ bool FibreScene::trace(const V3d& origin, const V3d& direction, FibrePoint& poin
 
 bool FibreScene::occluded(const V3d& origin, const V3d& direction) const {
   const FibreSceneState& s = *state_;
-  return walk(s.block, origin, direction, [&](const V3d& start, double far) {
+  return walk_blocks(s.block, origin, direction, [&](const V3d& start, double far) {
     RTCRay ray = ray_from(start, direction, far);
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
@@ -465,10 +467,10 @@ constexpr double max_survival = 0.99;
 FibreTracer::FibreTracer(const FibreScene& scene, const std::vector<Yarn>& yarns, int bounces)
     : scene_(scene), bounces_(bounces) {
   for (const Yarn& yarn : yarns) {
-    const YarnKind fibre = fibre_of(yarn.fibre);
+    const YarnKind fibre = fibre_or_default(yarn.fibre_kind);
     // Gloss::roughness is root 2 times the tangent of the lobe's width.
     const double along = hair_roughness(std::atan(fibre.roughness / std::sqrt(2.0)));
-    optics_.emplace_back(fibre.refraction, along, azimuthal_roughness, V3d(yarn.albedo));
+    optics_.emplace_back(fibre.refractive_index, along, azimuthal_roughness, V3d(yarn.albedo));
   }
 }
 
@@ -488,15 +490,15 @@ FibreTracer::Escape FibreTracer::follow(const FibrePoint& point, std::span<const
       radiance[l] += path.throughput * sent;
     }
     if (depth == bounces_) return {};
-    const V2d random = sampler.next();
-    const HairDirection next = bsdf.sample(random, sampler.next());
+    const V2d random = sampler.next_pair();
+    const HairDirection next = bsdf.sample(random, sampler.next_pair());
     const double density = bsdf.density(next);
     if (!(density > 0)) return {};
     path.throughput *= bsdf.scattered(next) / density;
     const double brightest = std::max({path.throughput.x, path.throughput.y, path.throughput.z});
     const double survival = std::min(depth < long_path ? 1 : max_survival, brightest / dark);
     if (survival < 1) {
-      if (!(sampler.next().x < survival)) return {};
+      if (!(sampler.next_pair().x < survival)) return {};
       path.throughput /= survival;
     }
     path.direction = direction_of(vertex, next);

@@ -57,8 +57,8 @@ Energies energies(const V2d& period, double above, From from, int paths, const T
   parallel_for(0, blocks, [&](int block) {
     for (int k = 0; k < each; ++k) {
       PathSampler sampler(static_cast<std::uint32_t>(block * each + k), 7);
-      const V2d at = sampler.next() * period;
-      const V3d down = from == From::around    ? cosine_direction({0, 0, -1}, sampler.next())
+      const V2d at = sampler.next_pair() * period;
+      const V3d down = from == From::around    ? cosine_direction({0, 0, -1}, sampler.next_pair())
                        : from == From::slanted ? -slanted
                                                : V3d(0, 0, -1);
       const End end = trace(V3d(at.x, at.y, above), down, sampler);
@@ -119,10 +119,11 @@ Energies of_surface(const StitchPattern& pattern, From from_where, int paths) {
                     V3d from = origin;
                     for (int depth = 0; cell.scene.trace(from, end.direction, at); ++depth) {
                       end.met = true;
-                      const auto next = tracer.reflect(at, -end.direction, depth, sampler, end.throughput);
+                      const auto next =
+                          tracer.continue_path(at, -end.direction, depth, sampler, end.throughput);
                       if (!next) return End{true, {0, 0, -1}, {0, 0, 0}};
                       end.direction = *next;
-                      from = cell.scene.leave(at, *next);
+                      from = cell.scene.offset_origin(at, *next);
                     }
                     return end;
                   });
@@ -193,12 +194,12 @@ int draw(int argc, char** argv) {
   const FibreScene scene(fibres);
   const FibreTracer tracer(scene, fibres.yarns, options.bounces);
   const auto cell = value_or_throw(trace_cell(mesh, pattern.name));
-  const double plane = plane_height * cell.thickness_mm();
+  const double plane = plane_height_fraction * cell.thickness_mm();
   const SwatchCell place{scene.period(), 1e-3, static_cast<double>(bounds_of(mesh).min.z) + plane,
                          scene.high()};
   const TruthSwatch drawn =
       draw_truth(shot, options,
-                 [&](const SwatchRay& ray, PathSampler& sampler, PathLights& lights, PixelSum& sum) {
+                 [&](const SwatchHit& ray, PathSampler& sampler, PathLights& lights, PixelSum& sum) {
                    FibrePoint point;
                    if (!scene.trace(ray_origin(ray, shot.camera, place), -ray.view, point)) return;
                    std::uint64_t rays = 0;
@@ -216,7 +217,7 @@ int draw(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   const bool picture = argc > 4 && std::string(argv[1]) == "picture";
-  const auto result = guarded(
+  const auto result = catch_exceptions(
       "fibres", [&]() -> Result<int> { return picture ? draw(argc, argv) : print_energies(argc, argv); });
   if (!result) fmt::print(stderr, "{}\n", to_line(result.error()));
   return result ? 0 : 1;

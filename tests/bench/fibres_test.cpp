@@ -51,8 +51,8 @@ TEST_CASE("a clear fibre sends all light on, and sampling follows a density that
   constexpr std::uint32_t count = 1 << 16;
   for (std::uint32_t i = 0; i < count; ++i) {
     PathSampler sampler(i, 3);
-    const V2d random = sampler.next();
-    const HairDirection l = bsdf.sample(random, sampler.next());
+    const V2d random = sampler.next_pair();
+    const HairDirection l = bsdf.sample(random, sampler.next_pair());
     const double value = bsdf.scattered(l).x / bsdf.density(l) * sky(l);
     sum += value / count;
     square += value * value / count;
@@ -66,7 +66,7 @@ TEST_CASE("a cell of white fibres is white in a white furnace") {
       test::need(find_stitch("plain-knit", of_tubes({{"yarn", {2}}, {"colour", {1, 1, 1}}}))).pattern;
   const CellMesh mesh = test::need(mesh_stitch(pattern));
   const Fibres fibres = lay_fibres(pattern, mesh, 20);
-  CHECK(fibres.count() == static_cast<int>(20 * fibres.yarns.size() + mesh.hairs.roots.size()));
+  CHECK(fibres.count() == static_cast<int>(20 * fibres.yarns.size() + mesh.hairs.root_triangles.size()));
   const FibreScene scene(fibres);
   const FibreTracer tracer(scene, fibres.yarns, unlimited_bounces);
   constexpr std::uint32_t count = 4000;
@@ -75,7 +75,7 @@ TEST_CASE("a cell of white fibres is white in a white furnace") {
   std::uint64_t rays = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     PathSampler sampler(i, 1);
-    const V2d at = sampler.next() * scene.period();
+    const V2d at = sampler.next_pair() * scene.period();
     const V3d view = V3d(0.4, -0.3, i % 2 == 0 ? 0.8 : -0.8).normalized();
     FibrePoint point;
     double w = 1;

@@ -30,10 +30,10 @@ struct Input {
 Input load(const std::string& samples, int texels) {
   BakeOptions options;
   options.width = options.height = texels;
-  SideSamples front = samples_of(std::filesystem::exists(samples)
-                                     ? need(read_samples(samples))
-                                     : need(bake(need(load_cell(samples)), samples, options)).samples,
-                                 Side::front);
+  SideSamples front = side_samples(std::filesystem::exists(samples)
+                                       ? need(read_samples(samples))
+                                       : need(bake(need(load_cell(samples)), samples, options)).samples,
+                                   Side::front);
   return {std::move(front.header), std::move(front.level),
           std::move(front.pairs[index_of(PairKind::held_out)])};
 }
@@ -81,7 +81,7 @@ std::array<ChannelFit, 3> restarted(const TexelSamples& samples, const LobeFitOp
       minimise(problem, state, options.tolerance, options.max_iterations);
       if (restart == 0 || state.cost < best.cost) best = state;
     }
-    fits[c] = channel_fit(samples, c, best, problem);
+    fits[c] = to_channel_fit(samples, c, best, problem);
   }
   return fits;
 }

@@ -44,14 +44,14 @@ bool is_open(const TracedCell& cell, const StationPoint& place, SurfacePoint& po
   const V3d normal(place.normal);
   const auto radius = static_cast<double>(place.radius);
   const V3d above = V3d(place.place) + normal * (lift * radius);
-  V3d from = above / cell.mm;
+  V3d from = above / cell.mm_per_unit;
   do {
     if (!cell.scene.trace(from, -normal, point)) return false;
-    from = V3d(point.position) - normal * (1e-3 * radius / cell.mm);
-  } while (point.hair >= 0);
+    from = V3d(point.position) - normal * (1e-3 * radius / cell.mm_per_unit);
+  } while (point.hair_point >= 0);
   if (point.back) return false;
-  V3d off = V3d(point.position) * cell.mm - above;
-  const V2d period = cell.scene.period() * cell.mm;
+  V3d off = V3d(point.position) * cell.mm_per_unit - above;
+  const V2d period = cell.scene.period() * cell.mm_per_unit;
   for (int k = 0; k < 2; ++k) off[k] -= std::round(off[k] / period[k]) * period[k];
   return std::abs(off.length() - lift * radius) < 0.1 * radius;
 }
@@ -60,7 +60,7 @@ bool is_open(const TracedCell& cell, const StationPoint& place, SurfacePoint& po
 /// reflection.
 struct Arrived {
   Eigen::MatrixX3d irradiance = Eigen::MatrixX3d::Zero(light_count, 3);
-  std::array<double, light_moments> moments{};
+  std::array<double, light_moment_count> moments{};
 };
 Arrived arrived_at(const RayScene& scene, const SurfacePoint& point, const V3d& fibre,
                    std::span<const V3f> lights, int paths, std::uint64_t seed) {
@@ -70,10 +70,10 @@ Arrived arrived_at(const RayScene& scene, const SurfacePoint& point, const V3d& 
   std::vector<V3d> radiance(light_count, V3d(0, 0, 0));
   for (int path = 0; path < paths; ++path) {
     PathSampler sampler(static_cast<std::uint32_t>(path), seed);
-    const V3d direction = cosine_direction(V3d(point.face_normal), sampler.next());
+    const V3d direction = cosine_direction(V3d(point.face_normal), sampler.next_pair());
     SurfacePoint met;
-    if (!scene.trace(scene.leave(point), direction, met)) continue;
-    const YarnBrdf surface = surface_at(scene, met);
+    if (!scene.trace(scene.offset_origin(point), direction, met)) continue;
+    const YarnBrdf surface = brdf_at(scene, met);
     const double x = direction.dot(fibre);
     for (int l = 0; l < light_count; ++l) {
       const V3d direct = direct_light(scene, met, surface, lights[l], -direction);
@@ -86,7 +86,7 @@ Arrived arrived_at(const RayScene& scene, const SurfacePoint& point, const V3d& 
     for (int c = 0; c < 3; ++c) arrived.irradiance(l, c) = radiance[l][c] * pi / paths;
   }
   const double all = sums.col(0).squaredNorm();
-  for (int n = 0; n < light_moments && all > 0; ++n)
+  for (int n = 0; n < light_moment_count && all > 0; ++n)
     arrived.moments[n] = sums.col(0).dot(sums.col(n + 1)) / all;
   return arrived;
 }
@@ -95,45 +95,45 @@ Arrived arrived_at(const RayScene& scene, const SurfacePoint& point, const V3d& 
 struct TracedPlace {
   int station = 0;  ///< among all curves'
   StationPoint point;
-  std::array<PlaceLight, 2> light{PlaceLight::Zero(), PlaceLight::Zero()};
+  std::array<LightColumns, 2> light{LightColumns::Zero(), LightColumns::Zero()};
 };
 
-PlaceLight light_along_paths(const TracedCell& cell, const YarnCurve& curve, const V3d& along,
-                             const SurfacePoint& point, int paths, std::uint64_t seed) {
+LightColumns light_along_paths(const TracedCell& cell, const YarnCurve& curve, const V3d& along,
+                               const SurfacePoint& point, int paths, std::uint64_t seed) {
   static const std::vector<V3f> lights = spiral_lights(0);
   static const Eigen::MatrixXd project = [] {
-    Eigen::MatrixXd by_light(light_count, light_functions_of_yarn);
+    Eigen::MatrixXd by_light(light_count, yarn_light_function_count);
     for (int l = 0; l < light_count; ++l) {
       const auto basis = light_basis(lights[l]);
-      for (int k = 0; k < light_functions_of_yarn; ++k) by_light(l, k) = static_cast<double>(basis[k]);
+      for (int k = 0; k < yarn_light_function_count; ++k) by_light(l, k) = static_cast<double>(basis[k]);
     }
     return Eigen::MatrixXd((by_light.transpose() * by_light).inverse() * by_light.transpose());
   }();
   const Gloss& gloss = curve.gloss;
   const V3f reflected =
       curve.albedo * (1 - gloss.weight) + V3f(gloss.weight * mean_gloss_albedo(gloss.roughness));
-  PlaceLight light = PlaceLight::Zero();
+  LightColumns light = LightColumns::Zero();
   std::array<double, 2> mean{};
   const auto add = [&](const SurfacePoint& on, const V3f& weight, int from) {
-    V3d fibre = surface_at(cell.scene, on).fibre;
+    V3d fibre = brdf_at(cell.scene, on).fibre_direction;
     if (fibre.dot(along) < 0) fibre = -fibre;
     const Arrived arrived = arrived_at(cell.scene, on, fibre, lights, paths, seed_of(seed, 7, from));
     const Eigen::MatrixXd values = project * arrived.irradiance;
-    for (int k = 0; k < columns_of_light; ++k)
+    for (int k = 0; k < light_columns; ++k)
       light[k] += values(k / 3, k % 3) * static_cast<double>(weight[k % 3]) / pi;
     for (int i = 0; i < 3; ++i)
       mean[from] += arrived.irradiance.col(i).mean() * static_cast<double>(weight[i]);
     if (from > 0 || gloss.lustre == 0) return;
-    for (int n = 0; n < light_moments; ++n) light[2 * columns_of_light + n] = arrived.moments[n];
+    for (int n = 0; n < light_moment_count; ++n) light[2 * light_columns + n] = arrived.moments[n];
   };
   add(point, reflected, 0);
   // No ray met its other side: without the noise of its fibres.
   if (cell.scene.is_translucent()) {
     const SurfacePoint inside = other_side(point);
-    const YarnBrdf wall = surface_at(cell.scene, inside);
-    add(inside, V3f(wall.albedo * (wall.brightness * wall.transmission * dull_weight(wall))), 1);
+    const YarnBrdf wall = brdf_at(cell.scene, inside);
+    add(inside, V3f(wall.albedo * (wall.brightness * wall.transmission * diffuse_weight(wall))), 1);
   }
-  light.tail(light_moments) *= mean[0] > 0 ? mean[0] / (mean[0] + mean[1]) : 0;
+  light.tail(light_moment_count) *= mean[0] > 0 ? mean[0] / (mean[0] + mean[1]) : 0;
   return light;
 }
 
@@ -145,9 +145,9 @@ std::vector<TracedPlace> trace_places(const TracedCell& cell, const Yarns& yarns
     std::vector<std::vector<TracedPlace>> places(curve.stations);
     parallel_for(0, curve.stations, [&](int station) {
       const V3d along(yarns.frame_at(c, station).tangent);
-      const int number = yarns.inside().first_station[c] + station;
+      const int number = yarns.geometry().first_station[c] + station;
       for (const StationPoint& at :
-           points_about(yarns, c, station, curve.plies.count == 1 ? 16 : 48 / curve.plies.count)) {
+           points_around_station(yarns, c, station, curve.plies.count == 1 ? 16 : 48 / curve.plies.count)) {
         SurfacePoint point;
         if (!is_open(cell, at, point)) continue;
         TracedPlace& place = places[station].emplace_back(number, at);
@@ -177,7 +177,7 @@ void compare(const YarnData& data, const std::vector<TracedPlace>& places) {
   for (const TracedPlace& place : places) {
     const float* value = &data.light.at(std::size_t{light_values_per_station} * place.station);
     std::array<LightTransfer, 3> transfer{};
-    std::array<double, light_moments> moment{};
+    std::array<double, light_moment_count> moment{};
     for (const float function : place.point.functions) {
       for (float& sum : transfer[0]) sum += function * *value++;
     }
@@ -185,17 +185,17 @@ void compare(const YarnData& data, const std::vector<TracedPlace>& places) {
       for (const float function : place.point.functions) sum += static_cast<double>(function * *value++);
     }
     for (int i = 0; i < 2; ++i) {
-      for (int k = 0; k < columns_of_light; ++k) transfer[i + 1][k] = static_cast<float>(place.light[i][k]);
+      for (int k = 0; k < light_columns; ++k) transfer[i + 1][k] = static_cast<float>(place.light[i][k]);
     }
-    const auto weight = static_cast<double>(place.point.seen);
+    const auto weight = static_cast<double>(place.point.visible_fraction);
     for (const V3f& l : lights) {
       const std::array light{V3d(indirect_light(transfer[0], l)), V3d(indirect_light(transfer[1], l)),
                              V3d(indirect_light(transfer[2], l))};
       for (int k = 0; k < 3; ++k) all.add(weight, light[0][k], light[1][k], light[2][k]);
     }
-    for (int n = 0; n < light_moments; ++n) {
-      moments.add(weight, moment[n], place.light[0][2 * columns_of_light + n],
-                  place.light[1][2 * columns_of_light + n]);
+    for (int n = 0; n < light_moment_count; ++n) {
+      moments.add(weight, moment[n], place.light[0][2 * light_columns + n],
+                  place.light[1][2 * light_columns + n]);
     }
   }
   fmt::print("rel. L2 {:.3f}, mean {:.3f}, moments {:.2f}\n", std::sqrt(all.error / all.signal),
@@ -210,13 +210,13 @@ int main(int argc, char** argv) {
     const int paths = argc > 2 ? std::atoi(argv[2]) : 128;
     const std::uint64_t seed = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1;
     CellOptions options;
-    if (argc > 4) options.mesh.cells_across = std::atoi(argv[4]);
+    if (argc > 4) options.mesh.cubes_across = std::atoi(argv[4]);
     const Cell found = value_or_throw(find_cell(stitch, options));
     const TracedCell cell = value_or_throw(trace_cell(found.mesh, stitch));
     YarnCell yarn = yarn_cell_of(found.mesh);
     YarnData lines = yarn.yarns;
     const std::clock_t begin = std::clock();
-    light_yarn(lines, V2f(yarn.period), yarn.through);
+    compute_yarn_light(lines, V2f(yarn.period), yarn.wall_transmission);
     fmt::print("{}: lines {:.2f} CPU s\n", stitch,
                static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
     if (argc > 5) lines.light = value_or_throw(read_fabric(argv[5])).levels.front().yarns()->data().light;

@@ -169,7 +169,7 @@ constexpr std::array views{View{"whole", 8, 1, 2.5}, View{"patch of a line", 15,
 class Rates {
  public:
   explicit Rates(const Subject& subject) : subject_(subject) {
-    options_.shadows = default_shadow_size;
+    options_.shadow_map_size = default_shadow_size;
     const Camera camera = subject.camera(1, 0);
     options_.lights = default_lights(camera);
     const auto probe = need(subject.renderer(options_)->probe(camera, options_, size / 2));
@@ -181,7 +181,7 @@ class Rates {
   Image reference(const View& view) const {
     if (!subject_.wears_yarn()) return {};
     return over_grey(test::march(subject_.loaded.scene, subject_.loaded.fabrics, camera(view, 0, view.part),
-                                 V2i(V2d(size) / view.part), options_.lights, options_.shadows));
+                                 V2i(V2d(size) / view.part), options_.lights, options_.shadow_map_size));
   }
 
   double pixels_of_whole() const { return whole_; }
@@ -194,9 +194,9 @@ class Rates {
   Moving moving(const View& view, bool in_studio, const Image& reference = {}) const {
     RenderOptions options = options_;
     if (in_studio) {
-      const EnvironmentLight light = divide(studio());
+      const EnvironmentLight light = split_light(studio_environment());
       options.lights = light.lamps;
-      options.around = light.rest;
+      options.smooth_light = light.smooth_light;
     }
     return move(view, options, 1, reference);
   }
@@ -370,11 +370,11 @@ void window_frames(const Subject& subject, const std::string& folder) {
   const auto make = [&] { return need(ShowPicture::create(subject.loaded.scene, subject.loaded.fabrics)); };
   const auto moving = make(), rest = make();
   ShowState state = need(rest->first_state({}, static_cast<double>(window.x) / window.y));
-  state.environments = {
-      std::make_shared<const Surroundings>(Surroundings{"studio", studio(), divide(studio())})};
+  state.environments = {std::make_shared<const Surroundings>(
+      Surroundings{"studio", studio_environment(), split_light(studio_environment())})};
   state.environment = 0;
   state.display = environment_display();
-  state.shadows = default_shadow_size;
+  state.shadow_map_size = default_shadow_size;
   FramePace pace;
   std::vector<double> taken;
   int steps = 0;

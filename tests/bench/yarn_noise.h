@@ -11,7 +11,7 @@ namespace selvedge {
 /// A number of unit variance, evenly spread around 0, for a place of a lattice.
 inline double lattice_noise(std::uint64_t seed, std::int64_t a, std::int64_t b = 0) {
   const std::uint64_t bits =
-      mix(mix(seed ^ mix(static_cast<std::uint64_t>(a))) ^ static_cast<std::uint64_t>(b));
+      hash64(hash64(seed ^ hash64(static_cast<std::uint64_t>(a))) ^ static_cast<std::uint64_t>(b));
   return (static_cast<double>(bits >> 11) * 0x1.0p-53 - 0.5) * 3.4641016151377544;
 }
 

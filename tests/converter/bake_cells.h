@@ -27,9 +27,9 @@ inline CellMesh floor_of(float period, float fraction, float albedo) {
 }
 
 /// A floor and a wall of height `height` that stands on it along y at x = 0, both sides alike.
-inline CellMesh fence(float period, float height, float floor_albedo, float wall_albedo) {
+inline CellMesh fence(float period, float height, float floor_albedo, float ply_wall_albedo) {
   CellMesh mesh = floor_of(period, 1, floor_albedo);
-  add_quad(mesh, {0, 0, 0}, {0, period, 0}, {0, period, height}, {0, 0, height}, wall_albedo);
+  add_quad(mesh, {0, 0, 0}, {0, period, 0}, {0, period, height}, {0, 0, height}, ply_wall_albedo);
   return mesh;
 }
 

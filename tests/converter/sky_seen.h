@@ -13,9 +13,9 @@ inline double sky_seen(const RayScene& scene, const PathTracer& tracer, const V3
   V3d towards = -direction;
   V3d throughput(1, 1, 1);
   for (int depth = 0;; ++depth) {
-    const auto next = tracer.reflect(at, towards, depth, sampler, throughput);
+    const auto next = tracer.continue_path(at, towards, depth, sampler, throughput);
     if (!next) return 0;
-    if (!scene.trace(scene.leave(at, *next), *next, at)) return throughput.x;
+    if (!scene.trace(scene.offset_origin(at, *next), *next, at)) return throughput.x;
     towards = -*next;
   }
 }

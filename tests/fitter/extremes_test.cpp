@@ -32,10 +32,10 @@ Case case_of(int width, int height, const DirectionGrid& views, const DirectionG
   c.level.views = views.count();
   c.level.lights = lights.count();
   for (int t = 0; t < width * height; ++t) {
-    c.level.normal.emplace_back(0.0F, 0.0F, 1.0F);
-    for (const V3f& v : directions_of(views)) {
+    c.level.normal_sum.emplace_back(0.0F, 0.0F, 1.0F);
+    for (const V3f& v : cell_directions(views)) {
       c.level.alpha.push_back(1);
-      for (const V3f& l : directions_of(lights)) c.level.radiance.push_back(radiance(t, l, v));
+      for (const V3f& l : cell_directions(lights)) c.level.radiance.push_back(radiance(t, l, v));
     }
   }
   return c;
@@ -52,7 +52,7 @@ FitResult fitted(const Case& c, const FitOptions& options = {}) {
 }
 
 const std::vector<DirectionPair>& probes() {
-  static const std::vector<DirectionPair> pairs = random_pairs(200, 0.01, 3);
+  static const std::vector<DirectionPair> pairs = random_direction_pairs(200, 0.01, 3);
   return pairs;
 }
 
@@ -70,8 +70,8 @@ double distance(const std::vector<V3f>& values, const std::vector<V3f>& truth) {
 /// Relative L2 of texel (0, 0) of level 0 over the fit's own directions.
 double error_of(const Fabric& fabric, const Case& c) {
   std::vector<V3f> values;
-  for (const V3f& v : directions_of(c.header.views)) {
-    for (const V3f& l : directions_of(c.header.lights)) {
+  for (const V3f& v : cell_directions(c.header.views)) {
+    for (const V3f& l : cell_directions(c.header.lights)) {
       values.push_back(evaluate(fabric, 0, 0, 0, l, v).radiance);
     }
   }
@@ -108,8 +108,8 @@ TEST_CASE("one bright sample among black ones stays below its own brightness") {
   Case c = case_of([](int, const V3f&, const V3f&) { return V3f(0, 0, 0); });
   c.level.radiance[700] = {1, 1, 1};
   const FitResult result = fitted(c);
-  for (const V3f& light : directions_of(c.header.lights)) {
-    for (const V3f& view : directions_of(c.header.views)) {
+  for (const V3f& light : cell_directions(c.header.lights)) {
+    for (const V3f& view : cell_directions(c.header.views)) {
       // The peak's bound is 4 times the sample where its light is near the horizon, the table's is below 20.
       CHECK(evaluate(result.fabric, 0, 0, 0, light, view).radiance.x < 4);
     }
@@ -140,7 +140,7 @@ TEST_CASE("a fit scales with the radiance") {
   SUBCASE("by 1e-8 and 1e8, from a file with all layers in half precision") {
     const test::Folder folder;
     FabricWriteOptions options;
-    options.half = LayerSet::all();
+    options.half_layers = LayerSet::all();
     const auto seen = [&](const Fabric& fabric, float factor) {
       REQUIRE(write_fabric(folder / "x.exr", fabric, options));
       const auto read = test::need(read_fabric(folder / "x.exr"));
@@ -158,7 +158,7 @@ TEST_CASE("a fit scales with the radiance") {
 TEST_CASE("texels that are always holes are black with T = 1 and alpha 0") {
   Case c = case_of(glossy);
   for (std::size_t v = 0; v < 36; ++v) c.level.alpha[v] = 0;
-  c.level.normal[0] = {0, 0, 0};
+  c.level.normal_sum[0] = {0, 0, 0};
   const FitResult result = fitted(c);
   for (const DirectionPair& pair : probes()) {
     CHECK(evaluate(result.fabric, 0, 0, 0, pair.light, pair.view).alpha == 0);
@@ -172,10 +172,10 @@ TEST_CASE("a texel seen from one view only has that view's radiance, and a table
   Case c = case_of(glossy);
   for (std::size_t v = 0; v < 36; ++v) c.level.alpha[v] = v == 14 ? 1.0F : 0.0F;
   const FitResult result = fitted(c);
-  const V3f view = directions_of(c.header.views)[14];
+  const V3f view = cell_directions(c.header.views)[14];
   std::vector<V3f> values;
   std::vector<V3f> truth;
-  for (const V3f& l : directions_of(c.header.lights)) {
+  for (const V3f& l : cell_directions(c.header.lights)) {
     values.push_back(evaluate(result.fabric, 0, 0, 0, l, view).radiance);
     truth.push_back(glossy(0, l, view));
   }
@@ -236,7 +236,7 @@ TEST_CASE("random and adversarial textures never give NaN or infinity") {
     for (float& alpha : c.level.alpha) {
       alpha = static_cast<float>(wild ? pick({0, 1e-45, 1e-30, 1e-6, 0.5, 1}) : random.uniform());
     }
-    for (V3f& n : c.level.normal) {
+    for (V3f& n : c.level.normal_sum) {
       n = V3f(static_cast<float>(random.uniform() - 0.5), static_cast<float>(random.uniform() - 0.5),
               static_cast<float>(pick({0, 1e-6, 0.1, 1, -0.5})));
     }

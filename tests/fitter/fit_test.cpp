@@ -33,10 +33,10 @@ SampleLevel samples_of(const SamplesHeader& header, const Radiance& radiance) {
   level.height = header.height;
   level.views = header.views.count();
   level.lights = header.lights.count();
-  const auto views = directions_of(header.views);
-  const auto lights = directions_of(header.lights);
+  const auto views = cell_directions(header.views);
+  const auto lights = cell_directions(header.lights);
   for (int t = 0; t < header.texels(); ++t) {
-    level.normal.emplace_back(0.0F, 0.0F, 64.0F);
+    level.normal_sum.emplace_back(0.0F, 0.0F, 64.0F);
     for (const V3f& v : views) {
       level.alpha.push_back(1);
       for (const V3f& l : lights) level.radiance.push_back(radiance(t, l, v));
@@ -56,7 +56,7 @@ FitResult fit_all(SampleLevel level, const SamplesHeader& header, const FitOptio
 double error_against(const Fabric& fabric, const Radiance& radiance) {
   double error = 0;
   double energy = 0;
-  for (const DirectionPair& pair : random_pairs(500, 0.15, 77)) {
+  for (const DirectionPair& pair : random_direction_pairs(500, 0.15, 77)) {
     const V3f truth = radiance(0, pair.light, pair.view);
     error +=
         static_cast<double>((evaluate(fabric, 0, 0, 0, pair.light, pair.view).radiance - truth).length2());
@@ -121,16 +121,16 @@ TEST_CASE("a factor on the view goes into the table, whose mean is 1") {
 TEST_CASE("the table stays near 1 where the lobes are almost dark") {
   // <g, g> and <g, r> per view: the lobes see 1e-4 of the others' cosine in the last one, the data noise.
   TexelSamples samples;
-  samples.views = 4;
+  samples.view_count = 4;
   const std::vector<double> square{2.5, 2.5, 2.5, 2.5e-8};
   const std::vector<double> cross{2.5, 2.5, 2.5, 5e-6};
   std::vector<double> table(4);
-  DirectionTableSystem undamped(samples.views, samples.grid, 0, 0);
-  undamped.factor(square.data());
+  DirectionTableSystem undamped(samples.view_count, samples.grid, 0, 0);
+  undamped.factorise(square.data());
   undamped.solve(cross.data(), table.data());
   CHECK(table[3] > 100);
-  DirectionTableSystem damped(samples.views, samples.grid, 0.05 * 2.5, 0);
-  damped.factor(square.data());
+  DirectionTableSystem damped(samples.view_count, samples.grid, 0.05 * 2.5, 0);
+  damped.factorise(square.data());
   damped.solve(cross.data(), table.data());
   CHECK(table[0] == doctest::Approx(1));
   CHECK(table[3] == doctest::Approx(1).epsilon(0.01));
@@ -139,7 +139,7 @@ TEST_CASE("the table stays near 1 where the lobes are almost dark") {
 TEST_CASE("the table solves its normal equations, and holes follow their neighbours") {
   TexelSamples samples;
   samples.grid = {4, 3};
-  samples.views = 12;
+  samples.view_count = 12;
   const double d = 0.1;
   const double s = 0.7;
   std::vector<double> square(12);
@@ -148,9 +148,9 @@ TEST_CASE("the table solves its normal equations, and holes follow their neighbo
     square[v] = v == 5 ? 0 : 1 + 0.3 * static_cast<double>(v);
     cross[v] = v == 5 ? 0 : 3 * square[v];
   }
-  DirectionTableSystem system(samples.views, samples.grid, d, s);
+  DirectionTableSystem system(samples.view_count, samples.grid, d, s);
   std::vector<double> table(12);
-  system.factor(square.data());
+  system.factorise(square.data());
   system.solve(cross.data(), table.data());
   for (std::size_t v = 0; v < 12; ++v) {
     double derivative = square[v] * table[v] - cross[v] + d * (table[v] - 1);
@@ -168,7 +168,7 @@ TEST_CASE("the table solves its normal equations, and holes follow their neighbo
 
 TEST_CASE("no lobe exceeds its limit on random samples, under one light and under many") {
   for (const DirectionGrid& lights : {DirectionGrid{1, 1}, DirectionGrid{3, 2}, DirectionGrid{8, 8}}) {
-    const TexelDirections directions{directions_of({8, 8}), directions_of(lights), {8, 8}};
+    const TexelDirections directions{cell_directions({8, 8}), cell_directions(lights), {8, 8}};
     for (std::uint64_t seed = 0; seed < 20; ++seed) {
       Random random(seed);
       std::vector<float> alpha;
@@ -192,17 +192,17 @@ TEST_CASE("no lobe exceeds its limit on random samples, under one light and unde
         const std::vector<double>& p = fits[c].parameters;
         for (std::size_t i = 1; i + 3 < p.size(); i += 4) {
           const double largest = std::max({std::abs(p[i]), std::abs(p[i + 1]), std::abs(p[i + 2])});
-          CHECK(std::pow(largest, p[i + 3]) / samples.scale[c] <= problem.peak() * (1 + 1e-6));
+          CHECK(std::pow(largest, p[i + 3]) / samples.scale[c] <= problem.max_peak() * (1 + 1e-6));
           if (largest > 0)
             far.shapes.push_back({{p[i] / largest, p[i + 1] / largest, p[i + 2] / largest}, p[i + 3]});
         }
         // A start from beyond the bounds is brought within, with a table as well.
         ChannelOptions with_table;
         ChannelProblem bounded(samples, c, with_table);
-        far.sizes.assign(far.shapes.size() + 1, 50 * bounded.peak());
-        far.table.assign(samples.views, 1);
+        far.sizes.assign(far.shapes.size() + 1, 50 * bounded.max_peak());
+        far.table.assign(samples.view_count, 1);
         bounded.evaluate(far, 3);
-        for (std::size_t j = 1; j < far.sizes.size(); ++j) CHECK(far.sizes[j] <= bounded.peak());
+        for (std::size_t j = 1; j < far.sizes.size(); ++j) CHECK(far.sizes[j] <= bounded.max_peak());
       }
     }
   }
@@ -218,7 +218,7 @@ TEST_CASE("normals in every direction near the axes give a valid frame") {
       SamplesHeader header = header_of(1, 1);
       header.views = header.lights = {1, 1};
       SampleLevel level = samples_of(header, [](int, const V3f& l, const V3f&) { return V3f(0.1F) * l.z; });
-      level.normal[0] = axis == 0 ? V3f(along, 0, up) : V3f(0, -along, up);
+      level.normal_sum[0] = axis == 0 ? V3f(along, 0, up) : V3f(0, -along, up);
       fit_all(std::move(level), header);
     }
   }
@@ -229,11 +229,11 @@ TEST_CASE("one and two threads fit the same fabric") {
   const Radiance truth = [](int t, const V3f& l, const V3f& v) {
     return V3f(0.1F, 0.2F, 0.3F) * (l.z * (1 + static_cast<float>(t) * std::max(0.0F, l.x * v.x)));
   };
-  set_threads(1);
+  set_thread_limit(1);
   const FitResult one = fit_all(samples_of(header, truth), header);
-  set_threads(2);
+  set_thread_limit(2);
   const FitResult two = fit_all(samples_of(header, truth), header);
-  set_threads(0);
+  set_thread_limit(0);
   for (std::size_t k = 0; k < one.fabric.levels.size(); ++k) {
     CHECK(one.fabric.levels[k][LayerKind::lobes] == two.fabric.levels[k][LayerKind::lobes]);
     CHECK(one.fabric.levels[k][LayerKind::table] == two.fabric.levels[k][LayerKind::table]);
@@ -252,8 +252,8 @@ TEST_CASE("compare finds on the pairs of the fit the error that the fit has reac
   const FitResult result = fit_all(samples_of(header, uneven), header);
   PairSamples pairs;
   pairs.width = pairs.height = 2;
-  for (const V3f& view : directions_of(header.views)) {
-    for (const V3f& light : directions_of(header.lights)) {
+  for (const V3f& view : cell_directions(header.views)) {
+    for (const V3f& light : cell_directions(header.lights)) {
       pairs.pairs.push_back({light, view});
       for (int t = 0; t < 4; ++t) pairs.radiance.push_back(uneven(t, light, view));
     }

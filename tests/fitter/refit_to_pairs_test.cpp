@@ -32,7 +32,7 @@ PairSamples shown_by(const Fabric& fabric, std::vector<DirectionPair> pairs) {
 
 /// Relative L2 of level 0 over directions that no fit has seen.
 double error_of(const Fabric& fabric, const Fabric& truth) {
-  const auto pairs = random_pairs(400, 0.05, 99);
+  const auto pairs = random_direction_pairs(400, 0.05, 99);
   const PairSamples a = shown_by(fabric, pairs);
   const PairSamples b = shown_by(truth, pairs);
   double error = 0;
@@ -74,7 +74,7 @@ TEST_CASE("lobes and table that made the pairs come back from a start that is of
     // The penalty holds entries of the table where they were: nearly none here.
     FitOptions options = options_of(1, table);
     options.table.damping = options.table.smoothness = 1e-9;
-    refit_to_pairs(fabric, shown_by(truth, random_pairs(500, 0.02, 3)), 64, options);
+    refit_to_pairs(fabric, shown_by(truth, random_direction_pairs(500, 0.02, 3)), 64, options);
     CHECK(before > 0.05);
     CHECK(error_of(fabric, truth) < 1e-3);
     // As every fit leaves it: a mean of 1 over the views, weighted by opacity.
@@ -98,13 +98,13 @@ TEST_CASE("a fabric that shows its pairs stays as it is, and without pairs nothi
   refit_to_pairs(fabric, PairSamples(), 64, options_of(2, true));
   for (std::size_t i = 0; i < lobes.size(); ++i) CHECK(fabric.levels[0].lobes()[i] == lobes[i]);
   const Fabric truth = fabric;
-  refit_to_pairs(fabric, shown_by(truth, random_pairs(300, 0.02, 3)), 64, options_of(2, true));
+  refit_to_pairs(fabric, shown_by(truth, random_direction_pairs(300, 0.02, 3)), 64, options_of(2, true));
   CHECK(error_of(fabric, truth) < 1e-5);
 }
 
 TEST_CASE("Ceres finds nothing better than the end of a fit to the same samples, in automatic derivatives") {
   // A valley's shadow that turns with the light, gloss, noise: no sum of two lobes.
-  const std::vector<V3f> directions = directions_of({6, 6});
+  const std::vector<V3f> directions = cell_directions({6, 6});
   Random random(1);
   SamplesHeader header;
   header.width = header.height = 1;
@@ -112,7 +112,7 @@ TEST_CASE("Ceres finds nothing better than the end of a fit to the same samples,
   SampleLevel level;
   level.width = level.height = 1;
   level.views = level.lights = 36;
-  level.normal = {V3f(0, 0, 1)};
+  level.normal_sum = {V3f(0, 0, 1)};
   level.alpha.assign(36, 1);
   PairSamples pairs;
   pairs.width = pairs.height = 1;
@@ -145,7 +145,7 @@ TEST_CASE("a refit of black, of one pair, of huge and of tiny samples is finite"
   for (const float scale : {0.0F, 1e-30F, 1.0F, 1e30F}) {
     for (const int count : {1, 200}) {
       Fabric fabric = test::random_fabric(2, 2, {3, 3}, 2, 5);
-      PairSamples pairs = shown_by(fabric, random_pairs(count, 0, 3));
+      PairSamples pairs = shown_by(fabric, random_direction_pairs(count, 0, 3));
       for (V3f& r : pairs.radiance) r *= scale;
       refit_to_pairs(fabric, pairs, 64, options_of(2, true));
       const auto valid = validate(fabric);

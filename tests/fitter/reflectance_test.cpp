@@ -72,7 +72,7 @@ double error_of_fit(const Reflectance& data, int lobes) {
   options.max_iterations = 1000;
   options.channel.view_table = false;
   // The grid ends at 80 degrees, where forward lobes still rise.
-  options.channel.peak = 4;
+  options.channel.max_peak_ratio = 4;
   const std::array<ChannelFit, 3> fits = fit_texel(
       gather_texel(alpha.data(), radiance.data(), {data.views, data.lights}, {0, 0, 1}, {1, 0, 0}), options);
   double error = 0;

@@ -19,15 +19,16 @@ inline SampleLevel seen_of(const Fabric& fabric) {
   samples.height = level.height;
   samples.views = fabric.views.count();
   samples.lights = fabric.lights.count();
-  samples.normal.assign(level.texels(), V3f(0, 0, 1));
-  for (std::size_t i = 0; i < level.frame().size(); ++i) samples.normal[i] = level.frame()[i].normal;
+  samples.normal_sum.assign(level.texels(), V3f(0, 0, 1));
+  for (std::size_t i = 0; i < level.frame().size(); ++i) samples.normal_sum[i] = level.frame()[i].normal;
   for (int texel = 0; texel < level.texels(); ++texel) {
-    for (const V3f& view : directions_of(fabric.views)) {
+    for (const V3f& view : cell_directions(fabric.views)) {
       const auto shade = [&](const V3f& light) {
         return evaluate(fabric, 0, texel % level.width, texel / level.width, light, view);
       };
       samples.alpha.push_back(shade({0, 0, 1}).alpha);
-      for (const V3f& light : directions_of(fabric.lights)) samples.radiance.push_back(shade(light).radiance);
+      for (const V3f& light : cell_directions(fabric.lights))
+        samples.radiance.push_back(shade(light).radiance);
     }
   }
   return samples;
@@ -56,10 +57,10 @@ inline Fabric patterned(int width, int height) {
     if (i % 5 == 0) std::fill(alpha.begin(), alpha.end(), 0.25F);
   }
   ProductBases bases;
-  for (const V3f& view : directions_of(fabric.views)) bases.view.push_back(view.x);
-  for (const V3f& light : directions_of(fabric.lights))
+  for (const V3f& view : cell_directions(fabric.views)) bases.view.push_back(view.x);
+  for (const V3f& light : cell_directions(fabric.lights))
     bases.light.emplace_back(light.z, light.z, light.z / 2);
-  for (const V3f& light : directions_of(fabric.lights))
+  for (const V3f& light : cell_directions(fabric.lights))
     bases.light.emplace_back(V3f(0.25F + light.y * light.y));
   level.bases = std::make_shared<const ProductBases>(bases);
   fabric.levels = {level};
@@ -84,7 +85,7 @@ inline PairSamples truth_of(const Fabric& fabric, int count) {
   PairSamples truth;
   truth.width = fabric.levels[0].width;
   truth.height = fabric.levels[0].height;
-  truth.pairs = random_pairs(count, 0.3, 3);
+  truth.pairs = random_direction_pairs(count, 0.3, 3);
   for (const DirectionPair& pair : truth.pairs) {
     for (int i = 0; i < truth.width * truth.height; ++i) {
       const Shading s = evaluate(fabric, 0, i % truth.width, i / truth.width, pair.light, pair.view);

@@ -25,7 +25,7 @@ struct RawGlb {
   }
 
   std::string bytes_of(const Json& range) const {
-    return binary.substr(size_of(member(range, "byteOffset")).value_or(0), range.at("byteLength"));
+    return binary.substr(whole_number(member(range, "byteOffset")).value_or(0), range.at("byteLength"));
   }
 
   /// The compressed streams of primitives (Draco) and views (meshopt).

@@ -15,7 +15,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   for (const auto& row : knit.rows) {
     fuzz::require(row.size() == columns, "rows are of one length");
     std::size_t held = 0;
-    for (const ChartStitch& stitch : row) held += stitch.through.size();
+    for (const ChartStitch& stitch : row) held += stitch.source_loops.size();
     fuzz::require(held == columns, "each loop is held by one stitch");
   }
   constexpr std::size_t drawn_stitches = 256;  // more take long

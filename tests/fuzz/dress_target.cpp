@@ -33,13 +33,13 @@ struct Wardrobe {
 /// Every option by a bit of its own of the sum of all bytes, so that each change of a byte tries others.
 DressOptions options_from(std::uint64_t sum) {
   const auto bit = [&sum](int i) { return (sum >> i & 1) != 0; };
-  DressOptions options{.all = true,
+  DressOptions options{.all_cloth = true,
                        .limits = {.document = {.file_bytes = 1 << 20, .nesting = 64, .memory = 1 << 28}}};
   options.unwrap = bit(0) ? Unwrapping::always : Unwrapping::where_needed;
   if (bit(1)) options.backing = V3f(0.5F, 0.25F, 0);
   if (bit(2)) options.colourways = {{.name = "other", .color = V3f(0.1F, 0.2F, 0.3F)}};
-  options.keep.base_color = bit(3);
-  if (bit(4)) options.height = 1.7;
+  options.color_options.keeps_base_color = bit(3);
+  if (bit(4)) options.garment_height = 1.7;
   options.tex_coord = bit(5) ? 1 : 0;
   options.embed = !bit(6);
   options.fallback = !bit(7);
@@ -57,7 +57,7 @@ void draw(const std::string& garment, const SceneLimits& limits) {
   options.path = RenderPath::raster;
   options.width = options.height = 32;
   options.lights = default_lights(*camera);
-  options.shadows = 64;
+  options.shadow_map_size = 64;
   const Result<Frame> frame = render(loaded->scene, loaded->fabrics, *camera, options);
   if (!frame) return;
   for (const V4f& p : frame->pixels)

@@ -78,7 +78,7 @@ void mutate_parts(File& file, Choice& choice) {
       channel.name = mutate_bytes(channel.name, 2);
       return;
     case 2:
-      channel.half = !channel.half;
+      channel.is_half = !channel.is_half;
       return;
     case 3:
       std::swap(part.name, file.parts[choice.below(file.parts.size())].name);

@@ -31,6 +31,6 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     }
   };
   evaluate_all(*fabric);
-  if (fabric->side_of(Side::back) != nullptr) evaluate_all(turned_over(*fabric));
+  if (fabric->find_side(Side::back) != nullptr) evaluate_all(turned_over(*fabric));
   return 0;
 }

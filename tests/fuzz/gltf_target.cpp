@@ -30,7 +30,7 @@ void check_scene(const Scene& scene) {
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const SceneLimits limits{
-      .document = {.file_bytes = 1 << 20, .nesting = 64, .other_files = OtherFiles::none}};
+      .document = {.file_bytes = 1 << 20, .nesting = 64, .external_files = ExternalFiles::none}};
   const std::span<const std::uint8_t> bytes(data, size);
   const bool good = !has_error(check_gltf(bytes, "folder/input.gltf", limits));
   const Result<GltfDocument> document = load_gltf(bytes, "folder/input.gltf", limits.document);

@@ -15,7 +15,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   const std::string& name = names[data[0] % names.size()];
-  const GltfLimits limits{.file_bytes = 1 << 20, .other_files = OtherFiles::none};
+  const GltfLimits limits{.file_bytes = 1 << 20, .external_files = ExternalFiles::none};
   const Result<GltfDocument> garment = load_gltf({data + 1, size - 1}, "folder/" + name, limits);
   fuzz::require(!garment || read_scene(*garment).has_value(), "a garment that was read is sound");
   MeshImportOptions options;

@@ -7,7 +7,7 @@ using namespace selvedge;
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const Result<Samples> samples = read_samples({data, size}, "input", fuzz::exr_limits);
   if (!samples) return 0;
-  const SideSamples front = samples_of(*samples, Side::front);
+  const SideSamples front = side_samples(*samples, Side::front);
   const auto texels = static_cast<std::size_t>(front.header.texels());
   fuzz::require(front.level.radiance.size() == texels * static_cast<std::size_t>(front.header.views.count()) *
                                                    static_cast<std::size_t>(front.header.lights.count()),

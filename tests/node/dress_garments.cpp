@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
     for (const char* ending : {".glb", ".gltf"}) {
       const std::string name = std::to_string(number++) + "-" + garment.stem().string() + ending;
       DressOptions options;
-      options.all = true;
+      options.all_cloth = true;
       if (name.ends_with(".gltf")) options.unwrap = Unwrapping::always;
       const auto report = dress(garment.string(), fabric, (output / name).string(), options);
       bool written = report.has_value();

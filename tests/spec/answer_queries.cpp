@@ -88,7 +88,7 @@ const Fabric& seen_fabric(const std::string& file, bool behind) {
   static Fabric fabric;
   if (name != std::pair(file, behind)) {
     fabric = value_or_throw(read_fabric(file));
-    if (behind && fabric.side_of(Side::back) != nullptr) fabric = turned_over(fabric);
+    if (behind && fabric.find_side(Side::back) != nullptr) fabric = turned_over(fabric);
     name = {file, behind};
   }
   return fabric;

@@ -99,7 +99,7 @@ TEST_CASE("the commands of the page read the values that the reader reads") {
   const Folder folder;
   bake_example(folder / "straight.samples.exr");
   const Samples samples = test::need(read_samples(folder / "straight.samples.exr"));
-  const SampleLevel level = samples_of(samples, Side::front).level;
+  const SampleLevel level = side_samples(samples, Side::front).level;
   const auto commands = code_blocks(page("samples.md"), "sh");
   REQUIRE(commands.size() == 3);
   const std::string here = "cd '" + folder / "" + "' && ";

@@ -83,7 +83,7 @@ TEST_CASE("the table of cells is the layout of directions") {
     const auto rows = rows_of(text, name, 5);
     CHECK(rows.size() == 7);
     for (const auto& row : rows) {
-      const V3f d = direction_of(grid, std::stoi(row[1]));
+      const V3f d = cell_direction(grid, std::stoi(row[1]));
       // Seven decimals and single precision.
       for (unsigned i = 0; i < 3; ++i)
         CHECK(std::abs(std::stod(row[2 + i]) - static_cast<double>(d[i])) < 1e-6);
@@ -117,7 +117,7 @@ TEST_CASE("the stated limits agree with the code") {
   CHECK(limits.directions == 4096);
   CHECK(exr.pixels_per_part == std::uint64_t{1} << 30);
   CHECK(exr.bytes_per_read == std::uint64_t{1} << 32);
-  CHECK(exr.expansion == 2200);
+  CHECK(exr.floats_per_byte == 2200);
   CHECK(exr.header_bytes == std::uint64_t{1} << 24);
   CHECK(exr.attributes == 4096);
   CHECK(text.find("| lobes | " + std::to_string(limits.lobes) + " |") != std::string::npos);

@@ -87,7 +87,7 @@ TEST_CASE("the page of stitches has every built-in stitch with its picture, and 
     CAPTURE(info.name);
     const auto rows = rows_of(text, "`" + info.name + "`", 6);
     REQUIRE(rows.size() == 1);
-    CHECK(std::stod(rows[0][5]) == info.cover);
+    CHECK(std::stod(rows[0][5]) == info.cover_fraction);
     CHECK_MESSAGE(tiles.find('"' + info.name + '"') != std::string::npos, "samples/pictures/rebuild-tiles");
     const std::string picture = "samples/pictures/stitches/" + info.name + ".png";
     CHECK(text.find("](../" + picture + ")") != std::string::npos);

@@ -46,7 +46,7 @@ int run(const std::vector<std::string>& files, double max, const CommonOptions& 
   const std::string& second_path = files[1];
   const auto first = value_or_throw(read_image(first_path, Transfer::keep));
   const auto second =
-      value_or_throw(read_image(second_path, Transfer::keep, default_memory - memory_of(first)));
+      value_or_throw(read_image(second_path, Transfer::keep, default_memory_limit - memory_of(first)));
   const auto of_second = [&](Error error) {
     if (error.file.empty()) error.file = second_path;
     return error;
@@ -65,9 +65,9 @@ int run(const std::vector<std::string>& files, double max, const CommonOptions& 
                   {"rmse", d.rmse},
                   {"psnr", psnr},
                   {"means", {mean_radiance(first), mean_radiance(second)}}};
-  report(
-      common, "compare", json,
-      filled("max {maxAbsolute:.6g} at ({x}, {y}) channel {channel}, RMSE {rmse:.6g}, PSNR {psnr:.2f} dB\n",
+  report(common, "compare", json,
+         fill_pattern(
+             "max {maxAbsolute:.6g} at ({x}, {y}) channel {channel}, RMSE {rmse:.6g}, PSNR {psnr:.2f} dB\n",
              json));
   if (d.max_absolute <= max) return 0;
   report_error({Code::image_mismatch, second_path, fmt::format("pixel ({}, {})", d.x, d.y),

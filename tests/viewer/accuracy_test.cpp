@@ -25,7 +25,7 @@ TEST_CASE("an estimated accuracy is near the true one, and at least what was ask
   const Camera camera = test::camera_for(ball.scene, ball.options);
   RenderOptions best = ball.options;
   best.supersample = 8;
-  best.cells.samples = samples_of(8);
+  best.cells.samples = image_samples(8);
   const Image truth =
       to_display_image(test::render_or_fail(ball.scene, ball.fabrics, camera, best), default_display());
   const auto renderer = test::need(Renderer::create(ball.scene, ball.fabrics, ball.options));
@@ -33,7 +33,7 @@ TEST_CASE("an estimated accuracy is near the true one, and at least what was ask
     Frame frame;
     RenderStats stats;
     const AccuratePicture picture =
-        test::need(draw_for(*renderer, {wanted, {}}, ball.options, camera, ball.options, frame, stats));
+        test::need(draw_for_goal(*renderer, {wanted, {}}, ball.options, camera, ball.options, frame, stats));
     const Image shown = to_display_image(frame, default_display());
     double sum = 0;
     for (std::size_t i = 0; i < truth.pixels.size(); ++i) {
@@ -43,11 +43,11 @@ TEST_CASE("an estimated accuracy is near the true one, and at least what was ask
       sum += std::pow(value(shown) - value(truth), 2);
     }
     const double true_accuracy = -10 * std::log10(sum / static_cast<double>(truth.pixels.size()));
-    MESSAGE(wanted, " dB asked, ", picture.accuracy, " estimated, ", true_accuracy, " true, ",
+    MESSAGE(wanted, " dB asked, ", picture.accuracy_db, " estimated, ", true_accuracy, " true, ",
             picture.supersample);
-    CHECK(picture.accuracy >= wanted);
+    CHECK(picture.accuracy_db >= wanted);
     CHECK(true_accuracy >= wanted - 0.7);
-    CHECK(std::abs(picture.accuracy - true_accuracy) < 3);
+    CHECK(std::abs(picture.accuracy_db - true_accuracy) < 3);
   }
 }
 
@@ -61,11 +61,11 @@ TEST_CASE("the smallest pictures end, and what shows nothing is exact") {
     Frame frame;
     RenderStats stats;
     const PictureGoal goal{40.0, {}};
-    CHECK(test::need(draw_for(*renderer, goal, ball.options, camera, ball.options, frame, stats)).accuracy >
-          10);
+    CHECK(test::need(draw_for_goal(*renderer, goal, ball.options, camera, ball.options, frame, stats))
+              .accuracy_db > 10);
     camera.position += V3d(0, 100, 0);
-    CHECK(test::need(draw_for(*renderer, goal, ball.options, camera, ball.options, frame, stats)).accuracy >
-          100);
+    CHECK(test::need(draw_for_goal(*renderer, goal, ball.options, camera, ball.options, frame, stats))
+              .accuracy_db > 100);
   }
 }
 
@@ -76,24 +76,24 @@ TEST_CASE("a picture for a time is whole: magnified where the time is short, wit
   const Camera camera = test::camera_for(ball.scene, ball.options);
   RenderOptions best = ball.options;
   best.supersample = 8;
-  best.cells.samples = samples_of(8);
+  best.cells.samples = image_samples(8);
   const Frame truth = test::render_or_fail(ball.scene, ball.fabrics, camera, best);
   const auto renderer = test::need(Renderer::create(ball.scene, ball.fabrics, ball.options));
   struct Row {
     double seconds;
-    int supersample, magnified;
+    int supersample, magnification;
     double accuracy;
   };
   for (const Row& row : {Row{1e-6, 1, 2, 20}, Row{3600, 8, 1, 60}}) {
     Frame frame;
     RenderStats stats;
-    const AccuratePicture picture =
-        test::need(draw_for(*renderer, {{}, row.seconds}, ball.options, camera, ball.options, frame, stats));
+    const AccuratePicture picture = test::need(
+        draw_for_goal(*renderer, {{}, row.seconds}, ball.options, camera, ball.options, frame, stats));
     CHECK(picture.supersample == row.supersample);
-    CHECK(picture.magnified == row.magnified);
-    CHECK((picture.accuracy > 0) == (row.magnified == 1));
+    CHECK(picture.magnification == row.magnification);
+    CHECK((picture.accuracy_db > 0) == (row.magnification == 1));
     REQUIRE(frame.pixels.size() == truth.pixels.size());
-    CHECK(decibels_between(frame, truth) > row.accuracy);
+    CHECK(frame_psnr_db(frame, truth) > row.accuracy);
   }
 }
 

@@ -56,9 +56,9 @@ Shading shade_texel(const Fabric& fabric, int number, const Query& query, const 
   CellView view;
   view.view = query.view;
   for (const Light& lamp : light.lamps) view.lamps.push_back({V3f(lamp.direction), lamp.irradiance, 0});
-  view.around = light.rest;
+  view.environment = light.smooth_light;
   view.levels = {0, number, 0};
-  view.size = texel_size(fabric, {0, 0}, number);
+  view.size = texel_cell_size(fabric, {0, 0}, number);
   std::vector<Group> samples(level.texels(), Group{});
   CellTexels(fabric).add(view, samples);
   const auto& [red, green, blue, alpha] = samples[(level.height - 1 - texel.y) * level.width + texel.x];
@@ -74,38 +74,39 @@ Shading shade_yarn(const Fabric& fabric, const Query& query, const EnvironmentLi
   V3f sum(0, 0, 0);
   for (const Light& lamp : light.lamps)
     sum += yarns.shade(*query.uv, plane, V3f(lamp.direction), query.view).radiance * lamp.irradiance;
-  const std::vector<float> sky = sky_of(yarns);
+  const std::vector<float> sky = sky_transfer(yarns);
   const CellYarn cell(yarns, plane, sky);
   CellView view;
   view.view = query.view;
-  view.around = light.rest;
-  const std::span<const Yarns::Segment> segments = yarns.inside().segments;
+  view.environment = light.smooth_light;
+  const std::span<const Yarns::Segment> segments = yarns.geometry().segments;
   std::int32_t piece = 0;  // plies come before hairs
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(segments.size()); ++i) {
-    const bool hair = segments[hit->segment].rank > 0;
-    if ((segments[i].rank > 0) == hair ? i < hit->segment : hair) ++piece;
+    const bool hair = segments[hit->segment].hair_threshold > 0;
+    if ((segments[i].hair_threshold > 0) == hair ? i < hit->segment : hair) ++piece;
   }
   sum += test::shade_points(cell, cell.pieces(0), view, std::array{test::CellPoint{piece, hit->from_start}})
              .front();
-  return {sum * yarns.factor_at(*query.uv, segments[hit->segment].curve), 1};
+  return {sum * yarns.variation_factor(*query.uv, segments[hit->segment].curve), 1};
 }
 
 nlohmann::json answer(const nlohmann::json& line) {
   const Query query = test::query_from(line);
   const Fabric fabric = read_fabric(line["file"].get<std::string>()).value();
-  const bool turns = query.behind && fabric.side_of(Side::back) != nullptr;
+  const bool turns = query.behind && fabric.find_side(Side::back) != nullptr;
   const Fabric seen = turns ? turned_over(fabric) : fabric;
-  const EnvironmentLight light = divide(picture_of(*query.environment));
+  const EnvironmentLight light = split_light(picture_of(*query.environment));
   const auto at = [&](int level) {
     if (level < 0) return shade_yarn(seen, query, light);
     Shading shading = shade_texel(seen, level, query, light);
     const auto& yarns = seen.levels.front().yarns();
-    if (query.uv && yarns) shading.radiance *= yarns->factor_at(*query.uv, -1);
+    if (query.uv && yarns) shading.radiance *= yarns->variation_factor(*query.uv, -1);
     return shading;
   };
   const LevelBlend between = level_blend(query.level, static_cast<int>(fabric.levels.size()), -1);
-  const Shading near = at(between.lower);
-  const Shading shading = between.weight > 0 ? blend(near, at(between.lower + 1), between.weight) : near;
+  const Shading near = at(between.finer_level);
+  const Shading shading =
+      between.weight > 0 ? blend(near, at(between.finer_level + 1), between.weight) : near;
   const V3d behind = query.background.value_or(query.environment->at(-V3d(query.view)));
   const V3d shown = V3d(shading.radiance) * shading.alpha + behind * (1 - shading.alpha);
   return {{"rgb", {shown.x, shown.y, shown.z}}, {"alpha", shading.alpha}};

@@ -31,9 +31,9 @@ Environment evening() {
 constexpr std::array paths{RenderPath::hybrid, RenderPath::raster};
 
 test::Setting placed_in(test::Setting setting, const Environment& environment) {
-  const EnvironmentLight light = divide(environment);
+  const EnvironmentLight light = split_light(environment);
   setting.options.lights = light.lamps;
-  setting.options.around = light.rest;
+  setting.options.smooth_light = light.smooth_light;
   setting.options.environment = std::make_shared<const Environment>(environment);
   return setting;
 }
@@ -100,10 +100,10 @@ Fabric product_fabric() {
   fabric.lights = {6, 6};
   auto bases = std::make_shared<ProductBases>();
   for (int cell = 0; cell < fabric.views.count(); ++cell)
-    bases->view.push_back(0.5F + direction_of(fabric.views, cell).x);
+    bases->view.push_back(0.5F + cell_direction(fabric.views, cell).x);
   for (int b = 0; b < 2; ++b) {
     for (int cell = 0; cell < fabric.lights.count(); ++cell) {
-      const V3f l = direction_of(fabric.lights, cell);
+      const V3f l = cell_direction(fabric.lights, cell);
       bases->light.push_back(b == 0 ? V3f(0.2F, 0.15F, 0.1F) : V3f(0.1F * l.x, 0.1F * l.y, 0.1F * l.x * l.y));
     }
   }
@@ -159,7 +159,7 @@ Fabric yarn_fabric() {
 
 TEST_CASE("fabrics in an environment look as in one lamp for each of its pixels") {
   const Environment environment = evening();
-  REQUIRE(divide(environment).lamps.empty());
+  REQUIRE(split_light(environment).lamps.empty());
   const auto check = [&](Fabric fabric, double least) {
     const test::Setting setting = ball(std::move(fabric));
     const Frame lamps = in_lamps(setting, environment);
@@ -185,8 +185,8 @@ TEST_CASE("white core materials in even light cannot be seen, in an environment'
       test::Setting setting = core_ball(metallic, roughness);
       const bool is_ambient = metallic == 0.5F;
       if (is_ambient) {
-        setting.options.around.emplace().factors[0] = V3f(1);
-        setting.options.ambient = std::numbers::pi_v<float>;
+        setting.options.smooth_light.emplace().coefficients[0] = V3f(1);
+        setting.options.mirrored_ambient = std::numbers::pi_v<float>;
       } else {
         setting = placed_in(setting, even_light());
       }
@@ -215,7 +215,7 @@ TEST_CASE("a perfect mirror shows the environment itself, turned and as bright a
       const double root = along * along - camera.position.length2() + 1;
       if (root < 0.1) continue;
       const V3d normal = camera.position - view * (along - std::sqrt(root));
-      const V3f seen = environment.at((normal * (2 * normal.dot(view)) - view).normalized());
+      const V3f seen = environment.radiance_at((normal * (2 * normal.dot(view)) - view).normalized());
       // Schlick's term, at the angle of a mirror.
       const double schlick = std::pow(1 - normal.dot(view), 5);
       const V3d f0(0.8, 0.6, 0.4);
@@ -237,7 +237,7 @@ TEST_CASE(
       {"half", "image/png", test::need(encode_png(Image{1, 1, 3, {0.5F, 0, 0}}, Transfer::keep))});
   Environment sunny = even_light();
   sunny.radiance[2 * 16 + 8] = V3f(100);
-  REQUIRE(!divide(sunny).lamps.empty());
+  REQUIRE(!split_light(sunny).lamps.empty());
   const auto middle = [&](bool has_texture, RenderPath path) {
     setting.scene.materials[0].occlusion_texture.image = has_texture ? 0 : -1;
     return in_environment(setting, sunny, path).pixels[20 * 40 + 20].y;
@@ -252,12 +252,12 @@ TEST_CASE(
 
 TEST_CASE("a backdrop is the environment, or what a rough mirror shows of it") {
   test::Setting setting = placed_in(core_ball(1, 0), evening());
-  setting.options.backdrop = 0;
+  setting.options.backdrop_roughness = 0;
   const Camera camera = test::camera_of(setting);
   const V3d away = -view_direction(camera, V2d(1.0 / 40 - 1, 1 - 1.0 / 40));
-  const V3f sharp = evening().at(away);
+  const V3f sharp = evening().radiance_at(away);
   CHECK(test::drawn(setting, RenderPath::hybrid).pixels[0].x == doctest::Approx(sharp.x).epsilon(1e-4));
-  setting.options.backdrop = 0.7F;
+  setting.options.backdrop_roughness = 0.7F;
   const V3f blurred = reflections_of(evening()).at(away, 0.7F);
   CHECK(test::drawn(setting, RenderPath::raster).pixels[0].x == doctest::Approx(blurred.x).epsilon(1e-4));
   CHECK(std::abs(sharp.x - blurred.x) > 0.01F);
@@ -276,9 +276,9 @@ TEST_CASE("a wall beside cloth or metal hides half of the sky") {
   for (const RenderPath path : paths) {
     const auto middle = [&] { return in_environment(setting, even_light(), path).pixels[10 * 20 + 10].x; };
     setting.scene.materials[0] = test::material(0);
-    setting.options.shadows = 0;
+    setting.options.shadow_map_size = 0;
     CHECK(middle() == doctest::Approx(0.8).epsilon(1e-3));
-    setting.options.shadows = default_shadow_size;
+    setting.options.shadow_map_size = default_shadow_size;
     // 48 directions.
     CHECK(middle() == doctest::Approx(0.4).epsilon(0.06));
     setting.scene.materials[0] = test::material(-1);
@@ -286,7 +286,7 @@ TEST_CASE("a wall beside cloth or metal hides half of the sky") {
   }
   // A wall of cloth whose mask cuts all of it.
   setting.scene.materials = {test::material(0), test::material(0)};
-  GarmentParts& kept = setting.scene.materials[1].kept;
+  GarmentTextures& kept = setting.scene.materials[1].garment_textures;
   setting.scene.images = {
       {"mask", "image/png", test::need(encode_png(Image{1, 1, 4, {1, 1, 1, 0}}, Transfer::keep))}};
   kept.mask.image = 0;
@@ -300,7 +300,7 @@ TEST_CASE("what a scene hides of its environment is left out where there is no m
   test::add(setting.scene, test::square(3), test::material(-1, V4f(0, 0, 0, 1)),
             M44d().setTranslation(V3d(0, 0, -1.2)));
   const auto drawn = [&](int shadows, RenderStats& stats) {
-    setting.options.shadows = shadows;
+    setting.options.shadow_map_size = shadows;
     return test::need(
         render(setting.scene, setting.fabrics, test::camera_of(setting), setting.options, &stats));
   };

@@ -99,7 +99,7 @@ double worst_texel(const Case& example, double& brightest) {
   for (std::uint64_t number = 0; number < 20; ++number) {
     Random random(7, number);
     CellView view;
-    view.planes = 2;
+    view.plane_count = 2;
     view.view = test::any_direction(random);
     view.view.z = std::abs(view.view.z) + 0.01F;
     view.view.normalize();
@@ -107,14 +107,14 @@ double worst_texel(const Case& example, double& brightest) {
       view.lamps.push_back({test::any_direction(random), V3f(1, 2, 0.5F), static_cast<int>(i % 2)});
     for (std::size_t level = 0; level < example.fabric.levels.size(); ++level) {
       view.levels = {0, static_cast<int>(level), 0};
-      view.size = texel_size(example.fabric, {1e-6F, 1e-6F}, view.levels.finer);
-      const V2i& size = view.size.samples;
+      view.size = texel_cell_size(example.fabric, {1e-6F, 1e-6F}, view.levels.finer_level);
+      const V2i& size = view.size.repeat_samples;
       const std::size_t count = std::size_t{1} * size.x * size.y;
       std::vector<Group> samples(2 * count, Group{});
       texels.add(view, samples);
       for (std::size_t i = 0; i < count; ++i) {
         const auto by_reference = [&](const V3f& l) {
-          return evaluate(example.fabric, view.levels.finer, static_cast<int>(i) % size.x,
+          return evaluate(example.fabric, view.levels.finer_level, static_cast<int>(i) % size.x,
                           size.y - 1 - static_cast<int>(i) / size.x, l, view.view);
         };
         const float alpha = by_reference(V3f(0, 0, 1)).alpha;

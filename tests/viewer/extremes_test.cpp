@@ -102,7 +102,7 @@ TEST_CASE(
   const Extreme plain = facing_square(test::lambert_fabric(16, V3f(albedo)), 40);
   std::vector<Case> cases;
   Case& far = cases.emplace_back(Case{"a garment of one pixel", plain, 1, 1});
-  far.extreme.camera.window_half = V2d(64, 64);
+  far.extreme.camera.window_half_size = V2d(64, 64);
   far.extreme.camera.window_centre = V2d(1, 1);
   for (const int supersample : {1, 16}) {
     Case& one = cases.emplace_back(Case{"a frame of one pixel", plain, 1, 1});
@@ -113,7 +113,7 @@ TEST_CASE(
   const double angle = 89.99 * std::numbers::pi / 180;
   grazing.extreme.camera.to_viewer = V3d(0, -std::sin(angle), std::cos(angle));
   grazing.extreme.camera.up = V3d(0, std::cos(angle), std::sin(angle));
-  grazing.extreme.camera.window_half = V2d(1, std::cos(angle));
+  grazing.extreme.camera.window_half_size = V2d(1, std::cos(angle));
   grazing.extreme.camera.near = -1000;
   grazing.extreme.camera.far = 1000;
   for (const V3d& direction :
@@ -136,7 +136,7 @@ TEST_CASE(
 TEST_CASE("ten thousand repeats in 64 pixels are the coarsest level everywhere") {
   Extreme extreme = facing_square(test::random_fabric(16, 16, 1), 10000);
   Extreme coarsest = extreme;
-  coarsest.options.levels.forced = 4;
+  coarsest.options.levels.forced_level = 4;
   on_both_paths(extreme, [&](const Frame& frame) {
     CHECK(covered(frame) == 64 * 64);
     CHECK(apart(frame, drawn(coarsest, RenderPath::hybrid)) < 2.5e-4);
@@ -191,7 +191,7 @@ TEST_CASE(
       const double angle = degrees * std::numbers::pi / 180;
       grazing.extreme.camera.to_viewer = V3d(0, -std::cos(angle), std::sin(angle));
       grazing.extreme.camera.up = V3d(0, std::sin(angle), std::cos(angle));
-      grazing.extreme.camera.window_half = V2d(1, std::sin(angle));
+      grazing.extreme.camera.window_half_size = V2d(1, std::sin(angle));
     }
     for (const V2d& scale : {V2d(-1, 1), V2d(20, 1), V2d(-1e6)}) {
       Case& moved = cases.emplace_back(Case{"mirrored, stretched and far away", extreme});
@@ -213,16 +213,16 @@ TEST_CASE(
   for (const Case& one : cases) {
     INFO(one.name);
     for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
-      set_threads(1);
+      set_thread_limit(1);
       RenderStats stats;
       const Frame alone = drawn(one.extreme, path, &stats);
-      set_threads(2);
+      set_thread_limit(2);
       CHECK(drawn(one.extreme, path).pixels == alone.pixels);
       CHECK(covered(alone) > 0);
-      CHECK(stats.image_bytes > 0);
-      CHECK(stats.image_bytes <= static_cast<std::int64_t>(one.extreme.options.cells.memory));
+      CHECK(stats.peak_image_bytes > 0);
+      CHECK(stats.peak_image_bytes <= static_cast<std::int64_t>(one.extreme.options.cells.memory));
     }
-    set_threads(0);
+    set_thread_limit(0);
   }
 }
 

@@ -21,10 +21,10 @@ TEST_CASE("a floor is as dark under a plate as the plate's form factor says, and
   const double x = 1 / 0.5;
   const double root = std::sqrt(1 + x * x);
   const double factor = 4 * x / root * std::atan(x / root) / std::numbers::pi;
-  CHECK(static_cast<double>(floor.at(0, 0)) == doctest::Approx(0.6 * factor).epsilon(0.02));
-  CHECK(floor.at(-1, 0) < 0.6 * floor.at(0, 0));
-  CHECK(floor.at(-2, 0) == 0);
-  CHECK(floor.at(50, 0) == 0);
+  CHECK(static_cast<double>(floor.hidden_fraction_at(0, 0)) == doctest::Approx(0.6 * factor).epsilon(0.02));
+  CHECK(floor.hidden_fraction_at(-1, 0) < 0.6 * floor.hidden_fraction_at(0, 0));
+  CHECK(floor.hidden_fraction_at(-2, 0) == 0);
+  CHECK(floor.hidden_fraction_at(50, 0) == 0);
 
   // From above it is seen around and through what is drawn, from below it is not.
   Camera camera;
@@ -36,11 +36,11 @@ TEST_CASE("a floor is as dark under a plate as the plate's form factor says, and
   add_floor(floor, camera, V3d(0, 0, 0), frame);
   CHECK(frame.pixels[0] == V4f(0.25F, 0.5F, 0.5F, 1));
   CHECK(frame.pixels[4].x == 0.25F);
-  CHECK(frame.pixels[4].w == doctest::Approx(0.5F + 0.5F * floor.at(0, 0)));
+  CHECK(frame.pixels[4].w == doctest::Approx(0.5F + 0.5F * floor.hidden_fraction_at(0, 0)));
   CHECK(frame.pixels[5].w > 0);
   camera.position = {0, -2, 0};
   Frame below{3, 3, std::vector<V4f>(9, V4f(0))};
   add_floor(floor, camera, V3d(0, 0, 0), below);
   CHECK(below.pixels[4].w == 0);
-  CHECK(floor_under({}).hidden.empty());
+  CHECK(floor_under({}).hidden_fraction.empty());
 }

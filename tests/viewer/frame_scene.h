@@ -38,7 +38,7 @@ class FrameOf {
           hit->normal.dot(camera_.position -
                           V3d(prepared_.mesh.positions[prepared_.mesh.triangles[hit->triangle].corners[0]])) <
           0;
-      body(static_cast<SeenSurface>(2 * hit->triangle + (back ? 1 : 0)), i % size_.x, i / size_.x);
+      body(static_cast<TriangleSide>(2 * hit->triangle + (back ? 1 : 0)), i % size_.x, i / size_.x);
     }
   }
 

@@ -54,7 +54,7 @@ TEST_CASE("a mask that grows along u cuts a square along a straight line, from i
     for (const bool behind : {false, true}) {
       test::Setting setting = curtain(test::lambert_fabric(2, V3f(0.5F)), {ramp}, behind);
       const Frame whole = test::drawn(setting, path);
-      GarmentParts& kept = setting.scene.materials[0].kept;
+      GarmentTextures& kept = setting.scene.materials[0].garment_textures;
       kept.mask.image = 0;
       kept.mask.wrap_u = kept.mask.wrap_v = Wrap::clamp;
       kept.mask_cutoff = 0.25F;
@@ -68,7 +68,7 @@ TEST_CASE("a mask that grows along u cuts a square along a straight line, from i
         const V2f at(static_cast<float>(i % cut.width) - 0.5F * static_cast<float>(cut.width - 1),
                      0.5F * static_cast<float>(cut.height - 1) - static_cast<float>(i / cut.width));
         // From the eye to the viewed point is against the ray, which points towards the viewer.
-        const V3d ray = V3d(rays.base + rays.right * at.x + rays.up * at.y);
+        const V3d ray = V3d(rays.base + rays.step_right * at.x + rays.step_up * at.y);
         const V3d point = camera.position - ray * (camera.position.z / ray.z);
         const double past = (point.x + 1) / 2 - 0.5 / 51 - 0.25;
         if (std::abs(past) < 1e-4) continue;
@@ -97,8 +97,8 @@ TEST_CASE("a normal texture of one tilt shows the fabric as a square with that n
       test::Setting setting = curtain(test::lambert_fabric(4, V3f(0.7F, 0.5F, 0.3F)), {plain_picture(bytes)},
                                       behind);  // images know how bright a bend is
       setting.scene.materials[0].fabric->transform = transformed(0.3, {2, 3});
-      setting.scene.materials[0].kept.normal.image = 0;
-      setting.scene.materials[0].kept.normal.transform = of_normal;
+      setting.scene.materials[0].garment_textures.normal.image = 0;
+      setting.scene.materials[0].garment_textures.normal.transform = of_normal;
       // On the square u grows along x, and v along -y, at the same rate. A direction of the picture, dP/du'
       // or against dP/dv', is that by which u' or v' alone changes.
       const V2d row_u(of_normal.apply_linear({1, 0}).x, of_normal.apply_linear({0, 1}).x);
@@ -110,7 +110,7 @@ TEST_CASE("a normal texture of one tilt shows the fabric as a square with that n
       const V3d up = V3d(-along.y, along.x, 0) * (along.cross(across).z > 0 ? 1 : -1);
       const V3d normal = along * tilt.x + up * tilt.y + V3d(0, 0, tilt.z);
       test::Setting tilted = setting;
-      tilted.scene.materials[0].kept = {};
+      tilted.scene.materials[0].garment_textures = {};
       for (V3f& n : tilted.scene.primitives[0].normals) n = V3f(normal.normalized());
       for (const RenderPath path : paths) {
         const Frame a = test::drawn(setting, path);
@@ -134,7 +134,7 @@ TEST_CASE("a tint is a factor on the albedo of matt cloth") {
   const V3f factor(0.5F, 1, 1.25F);
   const std::array bytes{188, 255, 64, 255};
   test::Setting setting = curtain(test::lambert_fabric(2, albedo), {plain_picture(bytes)});
-  GarmentParts& kept = setting.scene.materials[0].kept;
+  GarmentTextures& kept = setting.scene.materials[0].garment_textures;
   for (const bool textured : {false, true}) {
     kept.tint = factor;
     if (textured) kept.tint_texture.image = 0;
@@ -167,8 +167,8 @@ TEST_CASE("an occlusion texture dims what comes from all around, and no lamp") {
     CHECK((middle_of(setting, path) - middle_of(bare, path)).length() < 1e-6F);
     const Environment even{16, 8, std::vector<V3f>(128, V3f(1, 1, 1)), {}};
     test::Setting around = setting;
-    around.options.lights = divide(even).lamps;
-    around.options.around = divide(even).rest;
+    around.options.lights = split_light(even).lamps;
+    around.options.smooth_light = split_light(even).smooth_light;
     // 1 + strength (texture - 1) of the albedo.
     CHECK(middle_of(around, path).x == doctest::Approx(0.5 * (1 + 0.5 * (0.2 - 1))).epsilon(1e-3));
   }
@@ -187,7 +187,7 @@ TEST_CASE("the shadow of a masked square ends where its mask does") {
   setting.fabrics = {test::lambert_fabric(2, V3f(0.5F)), test::lambert_fabric(2, V3f(0.5F))};
   setting.options.width = setting.options.height = 128;
   setting.options.lights = {{V3d(-1, 0, 1).normalized(), V3f(2)}};
-  setting.options.shadows = 512;
+  setting.options.shadow_map_size = 512;
   // Shadows of x are at x + 1 on the wall.
   const auto wall_at = [&](const Frame& frame, const Camera& camera, double x) {
     V3d place;
@@ -197,9 +197,9 @@ TEST_CASE("the shadow of a masked square ends where its mask does") {
   };
   for (const RenderPath path : paths) {
     const Camera camera = test::camera_of(setting);
-    setting.scene.materials[0].kept.mask.image = -1;
+    setting.scene.materials[0].garment_textures.mask.image = -1;
     const Frame whole = test::drawn(setting, path);
-    setting.scene.materials[0].kept.mask.image = 0;
+    setting.scene.materials[0].garment_textures.mask.image = 0;
     const Frame cut = test::drawn(setting, path);
     CHECK(wall_at(whole, camera, 1.6) == 0);
     CHECK(wall_at(cut, camera, 1.6) > 0.1F);

@@ -77,8 +77,8 @@ TEST_CASE("the wheel nears by a tenth and keeps what lies under the cursor at th
   const double distance = *orbit.distance;
   const V2d cursor(0.5, -0.25);
   const Camera camera = camera_of(orbit);
-  const V3d under = *orbit.look_at + (camera.right * (cursor.x * camera.window_half.x) +
-                                      camera.up * (cursor.y * camera.window_half.y)) *
+  const V3d under = *orbit.look_at + (camera.right * (cursor.x * camera.window_half_size.x) +
+                                      camera.up * (cursor.y * camera.window_half_size.y)) *
                                          distance;
   dolly(orbit, 1, cursor, aspect, 7);
   CHECK(*orbit.distance == doctest::Approx(0.9 * distance));
@@ -95,15 +95,15 @@ TEST_CASE("steps towards what is seen never pass it, and the camera does not jum
   CameraOptions orbit = started();
   orbit.azimuth = 30;
   const Camera before = camera_of(orbit);
-  const V3d seen = before.position - before.back() * 2.0 + before.right * 0.1;
+  const V3d seen = before.position - before.image_normal() * 2.0 + before.right * 0.1;
   orbit_about(orbit, seen);
   CHECK((camera_of(orbit).position - before.position).length() < 1e-9);
   CHECK(*orbit.distance == doctest::Approx(2));
   for (int i = 0; i < 200; ++i) dolly(orbit, 1, V2d(0, 0), aspect, 1e-9);
   const Camera near = camera_of(orbit);
-  CHECK((near.position - seen).dot(near.back()) > 0);
+  CHECK((near.position - seen).dot(near.image_normal()) > 0);
   const CameraOptions kept = orbit;
-  orbit_about(orbit, near.position + near.back());
+  orbit_about(orbit, near.position + near.image_normal());
   CHECK(*orbit.distance == *kept.distance);
 }
 
@@ -148,7 +148,7 @@ TEST_CASE("a light that stands in the scene is not turned, and knows no axes of 
   lamp.position = V3d(1, 2, 3);
   lamp.direction = V3d(0, 1, 0);
   state.lights = {lamp};
-  turn_held_light(V2d(0.1, 0.2), camera, state);
+  turn_dragged_light(V2d(0.1, 0.2), camera, state);
   switch_light_frame(state);
   for (const bool in_camera_frame : {true, false}) {
     state.lights_in_camera_frame = in_camera_frame;

@@ -67,7 +67,7 @@ inline double decibels_to_rays(Setting setting) {
   const double db =
       decibels(frame,
                march(setting.scene, setting.fabrics, camera_of(setting), {options.width, options.height},
-                     options.lights, options.shadows, options.layers, options.levels.forced),
+                     options.lights, options.shadow_map_size, options.layers, options.levels.forced_level),
                1);
   MESSAGE("hybrid to rays: ", db, " dB");
   return db;

@@ -73,7 +73,7 @@ struct Meeting {
   V3f in_frame(const V3f& d) const { return {d.dot(tangent), d.dot(up), d.dot(normal)}; }
 };
 
-Meeting meet(const Garment& garment, SeenSurface surface, double x, double y) {
+Meeting meet(const Garment& garment, TriangleSide surface, double x, double y) {
   const MergedTriangle& triangle = garment.mesh.triangles[surface / 2];
   const float side = surface % 2 == 0 ? 1 : -1;
   std::array<V3d, 3> corners;
@@ -99,7 +99,8 @@ Meeting meet(const Garment& garment, SeenSurface surface, double x, double y) {
     V3d from = garment.camera.position - garment.origin - corners[0];
     if (garment.camera.projection == Projection::parallel) {
       const V2d part = (V2d(ray_x, ray_y) + V2d(0.5)) / V2d(garment.rays);
-      const V2d at_window = garment.camera.window_centre + (part * 2.0 - V2d(1)) * garment.camera.window_half;
+      const V2d at_window =
+          garment.camera.window_centre + (part * 2.0 - V2d(1)) * garment.camera.window_half_size;
       from += garment.camera.right * at_window.x + garment.camera.up * at_window.y;
     }
     const V3d h = ray.cross(b);
@@ -116,7 +117,7 @@ Meeting meet(const Garment& garment, SeenSurface surface, double x, double y) {
   m.side = side;
   m.view = V3f(towards_viewer(x, y));
   m.place = V3f(corners[0] + along(corners, at));
-  m.uv = uvs[0] + along(uvs, at) + V2d(garment.mesh.triangles[surface / 2].whole);
+  m.uv = uvs[0] + along(uvs, at) + V2d(garment.mesh.triangles[surface / 2].whole_repeats);
   m.normal = normals[0] + along(normals, at);
   const float length = m.normal.length();
   for (std::size_t i = 0; i < 2; ++i) {
@@ -138,7 +139,7 @@ template <class Body>
 void for_each_light(const Garment& garment, const Meeting& m, const Body& body) {
   for (std::size_t i = 0; i < garment.lights.size(); ++i) {
     const Light& light = garment.lights[i];
-    const Illumination there = light_at(light, garment.origin + V3d(m.place));
+    const Illumination there = illumination_at(light, garment.origin + V3d(m.place));
     const V3f towards(there.direction);
     const V3f l = m.in_frame(towards);
     float fraction = 1;
@@ -160,25 +161,25 @@ V4f shade_yarn(const Garment& garment, const Fabric& fabric, const Meeting& m) {
     slopes.normal[i] = {turn.x, turn.y};
   }
   const V3f v = m.in_frame(m.view);
-  const V2d uv = place_of(yarns.variation(), m.uv);
+  const V2d uv = displaced_place(yarns.variation(), m.uv);
   const auto hit = yarns.trace(uv, fabric.reference_height, v, width_across_view(slopes));
   if (!hit) return V4f(0);
-  const float z = yarns.inside().segments[hit->segment].start.z + hit->from_start.z;
+  const float z = yarns.geometry().segments[hit->segment].start.z + hit->from_start.z;
   const float below = fabric.reference_height - z;
-  const float deepest = outline_depth(slopes, v, fabric.reference_height - yarns.inside().low);
+  const float deepest = outline_depth(slopes, v, fabric.reference_height - yarns.geometry().min_z);
   if (below > deepest || (m.side < 0 && below < -deepest)) return V4f(0);
 
   YarnPoint point = yarns.point_at(*hit);
   yarns.add_strands(point, v);
-  const float factor = yarns.factor_at(uv, point.curve);
+  const float factor = yarns.variation_factor(uv, point.curve);
   V3f sum(0);
   for_each_light(garment, m, [&](const V3f& l, const V3f& irradiance, float fraction) {
     const bool through = l.z < 0;
     if (through && yarns.data().through.empty()) return;
     V3f f = indirect_light(yarns.transfer_at(point, through), through ? mirrored(l) : l) * point.brightness;
-    if (!through) f *= yarns.view_factor(point, v);
-    const V3f lit = through ? V3f(0) : yarns.direct(point, l, v);
-    if (lit != V3f(0) && !yarns.occluded(*hit, point, l)) f += lit;
+    if (!through) f *= yarns.lustre_view_factor(point, v);
+    const V3f lit = through ? V3f(0) : yarns.direct_reflectance(point, l, v);
+    if (lit != V3f(0) && !yarns.is_occluded(*hit, point, l)) f += lit;
     sum += f * irradiance * (fraction * factor);
   });
   return {sum.x, sum.y, sum.z, 1};
@@ -214,11 +215,11 @@ std::vector<V4f> shade_texels(const Garment& garment, const Fabric& fabric, cons
   float varied = 1;
   if (const auto& yarns = fabric.levels.front().yarns(); yarns) {
     const Variation& variation = yarns->variation();
-    const VariationFade fade =
-        fade_of(variation, V2f(V2d(std::hypot(steps[0].x, steps[1].x), std::hypot(steps[0].y, steps[1].y))));
-    const RepeatPlace moved = place_of(variation, repeat_place(m.uv), offset_weight(fade));
-    varied = variation_at(variation, moved, variation.fraction, fade);
-    place = V2d(moved.within);
+    const VariationFade fade = variation_fade(
+        variation, V2f(V2d(std::hypot(steps[0].x, steps[1].x), std::hypot(steps[0].y, steps[1].y))));
+    const RepeatPlace moved = displaced_place(variation, repeat_place(m.uv), offset_weight(fade));
+    varied = variation_at(variation, moved, variation.along_v_fraction, fade);
+    place = V2d(moved.fraction);
   }
   TexelWeights texels;
   if (garment.forced >= 0) {
@@ -226,11 +227,11 @@ std::vector<V4f> shade_texels(const Garment& garment, const Fabric& fabric, cons
     texels[{garment.forced, wrap_texel(place.x, level.width), wrap_texel(place.y, level.height)}] = 1;
   } else {
     const V2d size(fabric.texels());
-    const float pixel = pixel_size({V2f(steps[0] * size), V2f(steps[1] * size)});
+    const float pixel = pixel_width_texels({V2f(steps[0] * size), V2f(steps[1] * size)});
     const float level =
         std::clamp(std::log2(pixel) + level_bias, 0.0F, static_cast<float>(fabric.levels.size() - 1));
     const int lower = static_cast<int>(level);
-    const float of_upper = blend_of_levels(level - std::floor(level));
+    const float of_upper = coarser_level_weight(level - std::floor(level));
     if (of_upper < 1) add_texels(fabric, lower, place, steps, 1 - of_upper, texels);
     if (of_upper > 0) add_texels(fabric, lower + 1, place, steps, of_upper, texels);
   }
@@ -248,16 +249,16 @@ std::vector<V4f> shade_texels(const Garment& garment, const Fabric& fabric, cons
 }
 
 /// Texels under pixels, which all rays of a pixel share.
-using PixelTexels = std::map<std::pair<std::uint32_t, SeenSurface>, std::vector<V4f>>;
+using PixelTexels = std::map<std::pair<std::uint32_t, TriangleSide>, std::vector<V4f>>;
 
 /// Radiance and opacity of a surface.
-V4f shade(const Garment& garment, SeenSurface surface, int x, int y, PixelTexels& texels) {
+V4f shade(const Garment& garment, TriangleSide surface, int x, int y, PixelTexels& texels) {
   const std::uint32_t number = garment.mesh.triangles[surface / 2].surface;
   const SurfaceMaterial& material = garment.materials.surfaces[number];
   const Meeting m = meet(garment, surface, x, y);
   if (material.fabric < 0) {
     const PbrMaterial& pbr = garment.materials.pbr[number];
-    const V4f& base = material.base_color;
+    const V4f& base = material.base_color_factor;
     const PbrPoint point{V3f(base.x, base.y, base.z), pbr.metallic, pbr.roughness};
     V3f sum(0);
     for_each_light(garment, m, [&](const V3f& l, const V3f& irradiance, float fraction) {
@@ -303,7 +304,7 @@ Frame march(const Scene& scene, std::span<const Fabric> fabrics, const Camera& c
   garment.mesh = merge(surfaces);
   for (const Fabric& fabric : fabrics) {
     garment.fabrics.push_back(fabric);
-    garment.fabrics.push_back(fabric.side_of(Side::back) != nullptr ? turned_over(fabric) : fabric);
+    garment.fabrics.push_back(fabric.find_side(Side::back) != nullptr ? turned_over(fabric) : fabric);
   }
   if (shadows > 0) cast_shadows(garment, shadows);
 

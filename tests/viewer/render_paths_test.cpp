@@ -29,7 +29,7 @@ test::Setting sphere_in(const Fabric& fabric) {
 TEST_CASE("hybrid and rays agree on lobes, table, holes, front and back") {
   test::Setting setting = sphere_in(test::random_fabric(16, 16, 1));
   CHECK(test::decibels_to_rays(setting) > 30);
-  setting.options.levels.forced = 1;
+  setting.options.levels.forced_level = 1;
   setting.options.layers = 1;
   CHECK(test::decibels_to_rays(setting) > 30);
 }
@@ -56,7 +56,7 @@ TEST_CASE("a point light over a Lambertian square has the radiance of its closed
     for (int y = 8; y < 56; y += 9) {
       for (int x = 8; x < 56; x += 9) {
         const V2d s((2.0 * x + 1) / 64 - 1, 1 - (2.0 * y + 1) / 64);
-        const V2d at = camera.window_centre + s * camera.window_half;
+        const V2d at = camera.window_centre + s * camera.window_half_size;
         const V3d p = camera.position + camera.right * at.x + camera.up * at.y;
         const V3d towards = point.position - V3d(p.x, p.y, 0);
         const double expected = 0.5 / 3.14159265358979 * 2 * towards.z / std::pow(towards.length2(), 1.5);

@@ -44,24 +44,24 @@ float middle_of(const test::Setting& setting, RenderPath path) {
 
 TEST_CASE("a lamp on either side of matt cloth gives the radiance of its closed form on either side") {
   const V3d towards = V3d(0.3, 0.2, 0.6).normalized();
-  for (const bool view_behind : {false, true}) {
+  for (const bool is_view_behind : {false, true}) {
     for (const bool light_behind : {false, true}) {
-      test::Setting setting = curtain(matt_fabric(), view_behind);
+      test::Setting setting = curtain(matt_fabric(), is_view_behind);
       setting.options.lights = {{light_behind ? -towards : towards, V3f(2)}};
-      const Side side = view_behind == light_behind ? (view_behind ? Side::back : Side::front)
-                        : view_behind               ? Side::back_through
-                                                    : Side::through;
+      const Side side = is_view_behind == light_behind ? (is_view_behind ? Side::back : Side::front)
+                        : is_view_behind               ? Side::back_through
+                                                       : Side::through;
       const double expected =
           static_cast<double>(albedo[index_of(side)]) / std::numbers::pi * 2 * std::abs(towards.z);
       for (const RenderPath path : paths) {
-        setting.options.shadows = 0;
+        setting.options.shadow_map_size = 0;
         CHECK(middle_of(setting, path) == doctest::Approx(expected).epsilon(1e-4));
         // The cloth does not stand in its own light, but something else behind it does.
-        setting.options.shadows = 256;
+        setting.options.shadow_map_size = 256;
         CHECK(middle_of(setting, path) == doctest::Approx(expected).epsilon(1e-4));
         test::Setting hidden = setting;
         test::add(hidden.scene, test::square(1, light_behind ? -0.1F : 0.1F), test::material(-1));
-        if (light_behind != view_behind) CHECK(middle_of(hidden, path) == 0);
+        if (light_behind != is_view_behind) CHECK(middle_of(hidden, path) == 0);
       }
     }
   }
@@ -69,12 +69,12 @@ TEST_CASE("a lamp on either side of matt cloth gives the radiance of its closed 
 
 TEST_CASE("matt cloth in even light shows what it reflects and what it lets through") {
   const Environment even{16, 8, std::vector<V3f>(128, V3f(1, 1, 1)), {}};
-  const EnvironmentLight light = divide(even);
+  const EnvironmentLight light = split_light(even);
   for (const bool behind : {false, true}) {
     test::Setting setting = curtain(matt_fabric(), behind);
     setting.options.lights = light.lamps;
-    setting.options.around = light.rest;
-    setting.options.shadows = 256;
+    setting.options.smooth_light = light.smooth_light;
+    setting.options.shadow_map_size = 256;
     for (const RenderPath path : paths)
       CHECK(middle_of(setting, path) == doctest::Approx(behind ? 0.4 : 0.7).epsilon(1e-3));
   }
@@ -99,12 +99,12 @@ TEST_CASE("cloth from behind is the cloth turned over and seen from in front, in
     for (const RenderPath path : paths) {
       test::Setting behind = curtain(fabric, true);
       behind.options.lights = {{V3d(0.48, 0.6, 0.64), V3f(3, 2, 1)}, {V3d(-0.6, 0, -0.8), V3f(1, 1, 2)}};
-      SmoothLight& around = behind.options.around.emplace();
-      for (std::size_t k = 0; k < 4; ++k) around.factors[k] = V3f(0.3F - 0.06F * static_cast<float>(k));
+      SmoothLight& around = behind.options.smooth_light.emplace();
+      for (std::size_t k = 0; k < 4; ++k) around.coefficients[k] = V3f(0.3F - 0.06F * static_cast<float>(k));
       test::Setting front = curtain(turned_over(fabric), false);
       front.options = behind.options;
       for (Light& light : front.options.lights) light.direction.z *= -1;
-      front.options.around->factors[3] *= -1;
+      front.options.smooth_light->coefficients[3] *= -1;
       const Frame a = test::drawn(behind, path);
       const Frame b = test::drawn(front, path);
       int apart = 0;
@@ -151,8 +151,8 @@ TEST_CASE("hybrid and rays agree on yarn that is lit on both sides, in shadows, 
     setting.scene.fabrics.resize(1);
     setting.options.width = setting.options.height = 120;
     setting.options.lights = {{V3d(0.48, 0.6, 0.64), V3f(3, 2, 1)}, {V3d(-0.6, 0, -0.8), V3f(1, 1, 2)}};
-    for (const int shadows : {setting.options.shadows, 256}) {
-      setting.options.shadows = shadows;
+    for (const int shadows : {setting.options.shadow_map_size, 256}) {
+      setting.options.shadow_map_size = shadows;
       CHECK(test::decibels_to_rays(setting) > 19);  // edges of rays
     }
   }

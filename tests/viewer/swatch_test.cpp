@@ -21,7 +21,7 @@ Result<Frame> render_swatch(const Fabric& fabric, const SwatchOptions& swatch_op
   const Swatch swatch = test::need(make_swatch(fabric, swatch_options));
   options.width = swatch.width;
   options.height = swatch.height;
-  options.levels.forced = swatch_options.level;
+  options.levels.forced_level = swatch_options.level;
   options.layers = 1;
   return render(swatch.scene, {fabric}, swatch.camera, options);
 }

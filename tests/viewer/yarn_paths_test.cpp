@@ -70,7 +70,7 @@ TEST_CASE("cell images show the yarn that rays meet, from every place, of any si
 TEST_CASE("cell images vary beyond the repeat where the reference does, near and far from the origin") {
   Fabric fabric = fabric_of(3, 4);
   YarnData data = fabric.levels.front().yarns()->data();
-  for (YarnCurve& curve : data.curves) curve.strands.change = 0.4F;
+  for (YarnCurve& curve : data.curves) curve.strands.row_variation = 0.4F;
   fabric.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(data), fabric.period_mm));
   for (const double away : {0.0, -3e4}) {
     const double db = decibels_of(fabric, SwatchView::far, away, -2);

@@ -20,7 +20,7 @@ struct LanePlaces {
 struct PlaneLanes {
   std::array<const Group*, lane_count> from;
   const CellPixels* pixels = nullptr;
-  float units = 1;  ///< Patches::units_of_repeat()
+  float units = 1;  ///< Patches::units_per_repeat()
 };
 
 template <std::size_t N>
@@ -64,7 +64,7 @@ using Halves = std::uint16_t __attribute__((vector_size(16)));
 struct LookLanes {
   std::array<const CellLook*, lane_count> looks;
   alignas(64) std::array<std::int32_t, lane_count> texel, stride;  ///< the first of 2 x 2
-  alignas(64) LaneFloats part_x, part_y, brighter;
+  alignas(64) LaneFloats part_x, part_y, brightness_gain;
   std::array<Group, lane_count>* pixels;
   bool nearest = false;  ///< texels are not interpolated
 };
@@ -140,10 +140,10 @@ SELVEDGE_INLINE void look_lanes(const LanePlaces& places, LookLanes& lanes) {
     store_whole(row * stride + column, &lanes.texel[i]);
     store_whole(stride, &lanes.stride[i]);
     const Wide brighter = Wide::load(&places.brightness[i]) * light[0];
-    (max(min(brighter, light[3]), light[2]) * light[1]).store(&lanes.brighter[i]);
+    (max(min(brighter, light[3]), light[2]) * light[1]).store(&lanes.brightness_gain[i]);
   }
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
-    const float brighter = lanes.brighter[lane];
+    const float brighter = lanes.brightness_gain[lane];
     const Quad sum =
         mean_of(lanes, lane, lanes.looks[lane]->texels) * 0x1p112F * Quad{brighter, brighter, brighter, 1};
     std::memcpy(&(*lanes.pixels)[lane], &sum, sizeof sum);
@@ -162,7 +162,7 @@ float fraction_within(const LookLanes& lanes, std::size_t lane, float low, float
                          (k < 2 ? 1 - lanes.part_y[lane] : lanes.part_y[lane]);
     const float opacity = weight * std::bit_cast<float>(std::uint32_t{look.texels[texel][3]} << 12);
     all += opacity;
-    const float height = static_cast<float>(look.heights[texel]) * look.step;
+    const float height = static_cast<float>(look.heights[texel]) * look.height_step;
     if (height >= low && height <= high) within += opacity;
   }
   return all > 0 ? within / all : 1;
@@ -174,15 +174,16 @@ const CellLook empty_look{.size = {1, 1, 0, 0},
                           .scale = 0,
                           .min_gain = 0,
                           .max_gain = 1,
-                          .window = {1, 1, 0, 0},
+                          .window_size = {1, 1, 0, 0},
                           .texels = empty_texels.data()};
 
 /// Fraction of yarn along v at a pixel.
 float fraction_along_v(const LookLanes& lanes, std::size_t lane) {
   const CellLook& look = *lanes.looks[lane];
   const Variation& variation = *look.variation;
-  if (look.heights == nullptr || variation.runs[0].rows == 0 || variation.runs[1].rows == 0)
-    return variation.fraction;
+  if (look.heights == nullptr || variation.row_brightness[0].rows == 0 ||
+      variation.row_brightness[1].rows == 0)
+    return variation.along_v_fraction;
   const std::int8_t* const upper = look.heights + lanes.texel[lane];
   const std::int8_t* const lower = upper + lanes.stride[lane];
   const auto odd = [](std::int8_t height) { return static_cast<float>(height & 1); };
@@ -226,7 +227,7 @@ void place_varied(const PlaneLanes& planes, const LookLanes& lanes, std::uint32_
   }
   if (!(max_weight > 0)) return;
   if (same) {
-    place(*first->variation, fraction, pixels);
+    place_pixels(*first->variation, fraction, pixels);
     varied = 0;
   }
   for (std::uint32_t own = 0; varied != 0;) {
@@ -234,7 +235,7 @@ void place_varied(const PlaneLanes& planes, const LookLanes& lanes, std::uint32_
     LaneFloats of_own{};
     for (std::size_t lane = 0; lane < lane_count; ++lane)
       of_own[lane] = (own >> lane & 1) != 0 ? fraction[lane] : 0;
-    place(variation, of_own, pixels);
+    place_pixels(variation, of_own, pixels);
   }
   places.u = pixels.u;
   places.v = pixels.v;
@@ -247,7 +248,7 @@ void vary_lanes(const LookLanes& lanes, std::uint32_t varied, VariedPixels& pixe
   for (std::uint32_t own = 0; varied != 0;) {
     const Variation& variation = next_variation(lanes, varied, own);
     LaneFloats factors;
-    vary(variation, pixels, factors);
+    find_variation_factors(variation, pixels, factors);
     for (; own != 0; own &= own - 1) {
       const auto lane = static_cast<std::size_t>(std::countr_zero(own));
       for (std::size_t c = 0; c < 3; ++c) shading.pixels[lane][c] *= factors[lane];
@@ -257,7 +258,7 @@ void vary_lanes(const LookLanes& lanes, std::uint32_t varied, VariedPixels& pixe
 
 }  // namespace
 
-const CellLook* CellPass::look_at(SeenSurface surface, std::int32_t repeat_u, std::int32_t repeat_v, float u,
+const CellLook* CellPass::look_at(TriangleSide surface, std::int32_t repeat_u, std::int32_t repeat_v, float u,
                                   float v) const {
   const Patches::Place& place = planes_[surface / 2].place;
   if (place.chart < 0) return &empty_look;
@@ -272,7 +273,7 @@ void CellPass::sample(const CellPixels& pixels, CellShading& shading) const {
   static const auto look_all = look_lanes_for_this_processor();
   PlaneLanes planes;
   planes.pixels = &pixels;
-  planes.units = static_cast<float>(store_.patches().units_of_repeat());
+  planes.units = static_cast<float>(store_.patches().units_per_repeat());
   for (std::size_t lane = 0; lane < lane_count; ++lane)
     planes.from[lane] = planes_[pixels.surface[lane] / 2].coefficients.data();
   LanePlaces places;
@@ -280,13 +281,13 @@ void CellPass::sample(const CellPixels& pixels, CellShading& shading) const {
   LookLanes lanes;
   lanes.pixels = &shading.pixels;
   lanes.nearest = nearest_;
-  shading.fills_holes = 0;
+  shading.hole_filling_lanes = 0;
   std::uint32_t own = 0;
   std::uint32_t outlines = 0;
   std::uint32_t varied = 0;
   const CellLook* look = &empty_look;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
-    const SeenSurface surface = pixels.surface[lane];
+    const TriangleSide surface = pixels.surface[lane];
     // Neighbours mostly lie in one patch.
     const bool known = lane > 0 && surface == pixels.surface[lane - 1] &&
                        places.repeat_u[lane] == places.repeat_u[lane - 1] &&
@@ -294,12 +295,12 @@ void CellPass::sample(const CellPixels& pixels, CellShading& shading) const {
                        places.unit[lane] == places.unit[lane - 1];
     if (!known) {
       look = look_at(surface, places.repeat_u[lane], places.repeat_v[lane], places.u[lane], places.v[lane]);
-      own |= look->masked_lights;
+      own |= look->plane_lights;
     }
     lanes.looks[lane] = look;
     if (look->variation != nullptr) varied |= 1U << lane;
     if (planes_[surface / 2].at_outline && look->heights != nullptr) outlines |= 1U << lane;
-    shading.fills_holes |= static_cast<std::uint32_t>(look->is_solid) << lane;
+    shading.hole_filling_lanes |= static_cast<std::uint32_t>(look->fills_holes) << lane;
   }
   VariedPixels of_variation;
   if (varied != 0) place_varied(planes, lanes, varied, places, of_variation);
@@ -307,33 +308,33 @@ void CellPass::sample(const CellPixels& pixels, CellShading& shading) const {
   for (std::uint32_t left = varied; left != 0; left &= left - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(left));
     const CellLook& part = *lanes.looks[lane];
-    if (part.window[0] == part.size[0]) continue;
+    if (part.window_size[0] == part.size[0]) continue;
     const Group& wholes = planes.from[lane][4];
     const CellLook* const beyond =
         look_at(pixels.surface[lane], of_variation.repeat_u[lane] - static_cast<int>(wholes[2]),
                 of_variation.repeat_v[lane] - static_cast<int>(wholes[3]), places.u[lane], places.v[lane]);
-    if (beyond->heights != nullptr && beyond->masked_lights == part.masked_lights) lanes.looks[lane] = beyond;
+    if (beyond->heights != nullptr && beyond->plane_lights == part.plane_lights) lanes.looks[lane] = beyond;
   }
   look_all(places, lanes);
   for (std::size_t lane = 0; own != 0 && lane < lane_count; ++lane) {
     const CellLook& seen = *lanes.looks[lane];
-    if (seen.masked_lights == 0) continue;
+    if (seen.plane_lights == 0) continue;
     const CellTexel* plane = seen.texels;
     Quad sum{};
-    for (std::uint32_t left = seen.masked_lights; left != 0; left &= left - 1) {
-      plane += static_cast<std::ptrdiff_t>((seen.window[0] + 1) * (seen.window[1] + 1));
+    for (std::uint32_t left = seen.plane_lights; left != 0; left &= left - 1) {
+      plane += static_cast<std::ptrdiff_t>((seen.window_size[0] + 1) * (seen.window_size[1] + 1));
       const float fraction = visibility_of(static_cast<std::size_t>(std::countr_zero(left)),
                                            pixels.surface[lane] / 2, pixels.x[lane], pixels.y[lane]);
       if (fraction > 0) sum += mean_of(lanes, lane, plane) * fraction;
     }
-    sum = sum * 0x1p112F * lanes.brighter[lane];
+    sum = sum * 0x1p112F * lanes.brightness_gain[lane];
     for (std::size_t c = 0; c < 3; ++c) shading.pixels[lane][c] += sum[c];
   }
   if (varied != 0) vary_lanes(lanes, varied, of_variation, shading);
   if (outlines == 0) return;
   for (std::size_t lane = 0; lane < lane_count; ++lane) {
     if ((outlines >> lane & 1) == 0) continue;
-    const SeenSurface surface = pixels.surface[lane];
+    const TriangleSide surface = pixels.surface[lane];
     const float depth = outline_depth(surface / 2, pixels.x[lane], pixels.y[lane]);
     const float fraction = fraction_within(lanes, lane, -depth, surface % 2 == 0 ? HUGE_VALF : depth);
     for (float& c : shading.pixels[lane]) c *= fraction;

@@ -35,7 +35,7 @@ struct Box {
 
 V2i level_size(const Patches::Chart& chart, std::size_t level) {
   const auto halved = [&](int size) { return ((size - 1) >> level) + 1; };
-  return {halved(chart.size.x), halved(chart.size.y)};
+  return {halved(chart.size_in_patches.x), halved(chart.size_in_patches.y)};
 }
 
 void add(const Patch& part, Patch& sum) {
@@ -47,7 +47,7 @@ void add(const Patch& part, Patch& sum) {
   sum.centre += part.centre;
   sum.area += part.area;
   sum.handedness += part.handedness;
-  sum.triangle = part.triangle;
+  sum.any_triangle = part.any_triangle;
 }
 
 /// Cosine of the farthest turn of a patch's normals, as if they filled a cap: the mean of unit vectors of a
@@ -62,19 +62,19 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
   DisjointSets components(mesh.positions.size());  // vertices that triangles join
   is_counted_.resize(mesh.triangles.size());
   std::vector<std::uint8_t> is_charted(mesh.positions.size());  // vertices
-  for (const bool streaked : {false, true}) {
+  for (const bool degenerate_uvs : {false, true}) {
     std::vector<std::uint32_t> joined;  // vertices
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
       const MergedTriangle& t = mesh.triangles[i];
       const auto& [a, b, c] = t.corners;
-      if (materials[t.surface].fabric < 0 || t.is_streaked != streaked) continue;
-      if (streaked && (is_charted[a] | is_charted[b] | is_charted[c]) != 0) continue;
+      if (materials[t.surface].fabric < 0 || t.has_degenerate_uvs != degenerate_uvs) continue;
+      if (degenerate_uvs && (is_charted[a] | is_charted[b] | is_charted[c]) != 0) continue;
       is_counted_[i] = 1;
       components.join(static_cast<int>(a), static_cast<int>(b));
       components.join(static_cast<int>(b), static_cast<int>(c));
       joined.insert(joined.end(), {a, b, c});
     }
-    for (const std::uint32_t vertex : joined) is_charted[vertex] = streaked ? 0 : 1;
+    for (const std::uint32_t vertex : joined) is_charted[vertex] = degenerate_uvs ? 0 : 1;
   }
   std::unordered_map<int, std::int32_t> numbers;
   std::vector<Box> boxes;
@@ -87,7 +87,7 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
     places_[i].chart = at->second;
     Box& box = boxes[at->second];
     for (const std::uint32_t corner : t.corners) {
-      V2d uv = t.is_streaked ? V2d(0, 0) : V2d(mesh.uv(corner));
+      V2d uv = t.has_degenerate_uvs ? V2d(0, 0) : V2d(mesh.uv(corner));
       for (int axis = 0; axis < 2; ++axis) uv[axis] = std::clamp(uv[axis], -farthest, farthest);
       box.low = {std::min(box.low.x, std::floor(uv.x)), std::min(box.low.y, std::floor(uv.y))};
       box.high = {std::max(box.high.x, std::floor(uv.x)), std::max(box.high.y, std::floor(uv.y))};
@@ -113,13 +113,13 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
     chart.relief = box.relief;
     const double side = std::exp2(first_level_);
     // All of the last repeat.
-    const double units = units_of_repeat() - 1;
-    chart.size = {static_cast<int>((box.high.x - box.low.x) / side + units) + 1,
-                  static_cast<int>((box.high.y - box.low.y) / side + units) + 1};
-    chart.table = table;
-    table += static_cast<std::size_t>(chart.size.x) * chart.size.y;
+    const double units = units_per_repeat() - 1;
+    chart.size_in_patches = {static_cast<int>((box.high.x - box.low.x) / side + units) + 1,
+                             static_cast<int>((box.high.y - box.low.y) / side + units) + 1};
+    chart.first_table_entry = table;
+    table += static_cast<std::size_t>(chart.size_in_patches.x) * chart.size_in_patches.y;
     for (int level = 0; level <= std::max(coarsest_level - first_level_, 0); ++level) {
-      chart.levels.push_back(patches_.size());
+      chart.level_starts.push_back(patches_.size());
       const V2i size = level_size(chart, static_cast<std::size_t>(level));
       patches_.resize(patches_.size() + static_cast<std::size_t>(size.x) * size.y);
       if (size == V2i(1, 1)) break;
@@ -132,7 +132,7 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
     if (place.chart == no_chart) continue;
     const V2d uv(mesh.uv(mesh.triangles[i].corners[0]));
     const V2d& low = boxes[place.chart].low;
-    const double units = units_of_repeat();
+    const double units = units_per_repeat();
     constexpr double last = 1 << 30;
     place.u = static_cast<std::int32_t>(std::clamp((std::floor(uv.x) - low.x) * units, -last, last));
     place.v = static_cast<std::int32_t>(std::clamp((std::floor(uv.y) - low.y) * units, -last, last));
@@ -143,7 +143,7 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
 Patches::Extent Patches::extent(const MergedSurfaces& mesh, std::size_t triangle) const {
   const auto& corners = mesh.triangles[triangle].corners;
   const V2f first = mesh.uv(corners[0]);
-  const auto units = static_cast<float>(units_of_repeat());
+  const auto units = static_cast<float>(units_per_repeat());
   V2f low(HUGE_VALF, HUGE_VALF);
   V2f high(-HUGE_VALF, -HUGE_VALF);
   for (const std::uint32_t corner : corners) {
@@ -179,7 +179,7 @@ void Patches::add_triangle(const MergedSurfaces& mesh, std::uint32_t number) {
   const V3f e2 = p[2] - p[0];
   const float area = std::max(0.5F * e1.cross(e2).length(), min_area);
   const float det = one.x * two.y - two.x * one.y;
-  const bool has_scale = !t.is_streaked && std::abs(det) > 0;
+  const bool has_scale = !t.has_degenerate_uvs && std::abs(det) > 0;
   const float side = std::exp2(static_cast<float>(first_level_));
   const float longest = std::max({std::abs(one.x), std::abs(one.y), std::abs(two.x), std::abs(two.y),
                                   std::abs(one.x - two.x), std::abs(one.y - two.y)}) /
@@ -190,7 +190,7 @@ void Patches::add_triangle(const MergedSurfaces& mesh, std::uint32_t number) {
   const int parts = has_scale ? static_cast<int>(std::clamp(std::ceil(wanted), 1.0F, 2048.0F)) : 1;
   const float weight = area / static_cast<float>(parts * parts);
   Patch sample;
-  sample.triangle = number;
+  sample.any_triangle = number;
   sample.area = weight;
   sample.handedness = t.handedness * weight;
   // Change of place for a repeat, by the inverse of the matrix (one, two).
@@ -214,22 +214,23 @@ void Patches::add_triangle(const MergedSurfaces& mesh, std::uint32_t number) {
       sample.normal = mean(n).normalized() * weight;
       sample.tangent = mean(tangent) * weight;
       sample.centre = mean(p) * weight;
-      add(sample, patches_[chart.levels[0] + cell(place.v, unit_of(at.y), chart.size.y) * chart.size.x +
-                           cell(place.u, unit_of(at.x), chart.size.x)]);
+      add(sample, patches_[chart.level_starts[0] +
+                           cell(place.v, unit_of(at.y), chart.size_in_patches.y) * chart.size_in_patches.x +
+                           cell(place.u, unit_of(at.x), chart.size_in_patches.x)]);
     }
   }
 }
 
 /// Adds the patches of each level to the next level, and sets relatives_.
 void Patches::add_levels(const Chart& chart) {
-  for (std::size_t level = 1; level < chart.levels.size(); ++level) {
+  for (std::size_t level = 1; level < chart.level_starts.size(); ++level) {
     const V2i size = level_size(chart, level);
     const V2i finer = level_size(chart, level - 1);
     for (int y = 0; y < finer.y; ++y) {
       for (int x = 0; x < finer.x; ++x) {
-        const auto child =
-            static_cast<std::uint32_t>(chart.levels[level - 1] + static_cast<std::size_t>(y) * finer.x + x);
-        const auto parent = static_cast<std::uint32_t>(chart.levels[level] +
+        const auto child = static_cast<std::uint32_t>(chart.level_starts[level - 1] +
+                                                      static_cast<std::size_t>(y) * finer.x + x);
+        const auto parent = static_cast<std::uint32_t>(chart.level_starts[level] +
                                                        static_cast<std::size_t>(y / 2) * size.x + x / 2);
         add(patches_[child], patches_[parent]);
         relatives_[child][0] = parent;
@@ -246,8 +247,8 @@ void Patches::add_up(const MergedSurfaces& mesh) {
   for (std::uint32_t i = 0; i < patches_.size(); ++i) relatives_[i] = {i, i};
   for (Chart& chart : charts_) {
     add_levels(chart);
-    chart.any = static_cast<std::uint32_t>(chart.levels.back());
-    while (!(patches_[chart.any].area > 0)) ++chart.any;
+    chart.any_patch = static_cast<std::uint32_t>(chart.level_starts.back());
+    while (!(patches_[chart.any_patch].area > 0)) ++chart.any_patch;
   }
   for (Patch& patch : patches_) {
     if (!(patch.area > 0)) continue;
@@ -259,7 +260,8 @@ void Patches::add_up(const MergedSurfaces& mesh) {
 
 /// A patch on the screen.
 struct Patches::Projected {
-  V2f pixel{16, 16};  ///< ShownPatch::pixel; the default shows the mean of a patch without a scale
+  V2f pixel_width_texels{
+      16, 16};  ///< ShownPatch::pixel_width_texels; the default shows the mean of a patch without a scale
   bool in_frame = false;
   float repeats = 1;           ///< along a side
   float pixels_of_repeat = 0;  ///< along its longer side
@@ -332,7 +334,7 @@ Patches::Projected Patches::View::project(const Patch& patch, float repeats) con
   const V2f a = on_screen(patch.along_u);
   const V2f b = on_screen(patch.along_v);
   const float det = std::max(std::abs(a.x * b.y - a.y * b.x), 0.02F * (a.length2() + b.length2()) + 1e-20F);
-  if (has_scale) seen.pixel = V2f(b.length() / det, a.length() / det);
+  if (has_scale) seen.pixel_width_texels = V2f(b.length() / det, a.length() / det);
   seen.pixels_of_repeat = std::max(a.length(), b.length());
   seen.longest = repeats * seen.pixels_of_repeat;
   return seen;
@@ -344,9 +346,10 @@ bool Patches::View::splits(const Patch& patch, const Projected& seen) const {
   constexpr auto radians = static_cast<float>(radians_per_degree);
   const float cosine = turn_cosine(patch);
   const float spread = std::sqrt(std::max(0.0F, 1 - cosine * cosine));
-  const float degrees = std::min(limits.turn_pixels / std::max(seen.pixels_of_repeat, 1e-3F), limits.turn);
+  const float degrees =
+      std::min(limits.turn_degree_pixels / std::max(seen.pixels_of_repeat, 1e-3F), limits.turn_degrees);
   return cosine < std::cos(degrees * radians) ||
-         (!parallel && 0.5F * seen.radius > limits.turn * radians * seen.depth) ||
+         (!parallel && 0.5F * seen.radius > limits.turn_degrees * radians * seen.depth) ||
          seen.longest > limits.pixels || seen.repeats > limits.repeats ||
          (seen.longest > limits.outline_pixels && (seen.facing < spread || turns_away(patch, spread)));
 }
@@ -364,9 +367,9 @@ void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, 
   View view{V3f(camera.position - origin),
             V3f(camera.right),
             V3f(camera.up),
-            V3f(camera.projection == Projection::parallel ? camera.to_viewer : camera.back()),
+            V3f(camera.projection == Projection::parallel ? camera.to_viewer : camera.image_normal()),
             camera.projection == Projection::parallel,
-            static_cast<float>(frame.x / (2 * camera.window_half.x)),
+            static_cast<float>(frame.x / (2 * camera.window_half_size.x)),
             V2f(static_cast<float>(frame.x), static_cast<float>(frame.y)) * 0.5F,
             V2f(camera.window_centre),
             limits,
@@ -374,10 +377,10 @@ void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, 
             lights};
   view.centre *= view.scale;
   for (const Chart& chart : charts_) {
-    const std::size_t top = chart.levels.size() - 1;
+    const std::size_t top = chart.level_starts.size() - 1;
     const V2i size = level_size(chart, top);
     for (int y = 0; y < size.y; ++y)
-      for (int x = 0; x < size.x; ++x) choose_in(chart, view, top, {x, y}, chart.any);
+      for (int x = 0; x < size.x; ++x) choose_in(chart, view, top, {x, y}, chart.any_patch);
   }
 }
 
@@ -385,7 +388,7 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
                         std::uint32_t above) {
   const V2i size = level_size(chart, level);
   auto number =
-      static_cast<std::uint32_t>(chart.levels[level] + static_cast<std::size_t>(at.y) * size.x + at.x);
+      static_cast<std::uint32_t>(chart.level_starts[level] + static_cast<std::size_t>(at.y) * size.x + at.x);
   const Patch& patch = patches_[number];
   bool splits = false;
   if (!(patch.area > 0)) {
@@ -394,12 +397,12 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     const float repeats = std::exp2(static_cast<float>(level) + static_cast<float>(first_level_));
     const Projected seen = view.project(patch, repeats);
     ShownPatch& shown = shown_[number];
-    shown = {seen.pixel, seen.in_frame, at * (1 << level), 1 << level, 0};
+    shown = {seen.pixel_width_texels, seen.in_frame, at * (1 << level), 1 << level, 0};
     if (level > 0 && repeats <= 1) shown.offset = view.offset(patch, seen, chart.relief);
     if (level > 0 && seen.in_frame)
       splits = (seen.longest > 1 && view.is_near_light(patch, seen.radius / 2)) ||
                (repeats > 1 ? view.splits(patch, seen)
-                            : shown.offset > view.limits.offset && seen.longest > min_split_pixels);
+                            : shown.offset > view.limits.offset_pixels && seen.longest > min_split_pixels);
   }
   if (splits) {
     const V2i finer = level_size(chart, level - 1);
@@ -409,10 +412,11 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     return;
   }
   const int side = 1 << level;
-  for (int y = at.y * side; y < std::min((at.y + 1) * side, chart.size.y); ++y) {
-    const auto row = table_.begin() +
-                     static_cast<std::ptrdiff_t>(chart.table + static_cast<std::size_t>(y) * chart.size.x);
-    std::fill(row + at.x * side, row + std::min((at.x + 1) * side, chart.size.x), number);
+  for (int y = at.y * side; y < std::min((at.y + 1) * side, chart.size_in_patches.y); ++y) {
+    const auto row =
+        table_.begin() + static_cast<std::ptrdiff_t>(chart.first_table_entry +
+                                                     static_cast<std::size_t>(y) * chart.size_in_patches.x);
+    std::fill(row + at.x * side, row + std::min((at.x + 1) * side, chart.size_in_patches.x), number);
   }
 }
 

@@ -23,23 +23,23 @@ namespace selvedge {
 
 /// Means over the surface of a patch; m, relative to the mesh's origin.
 struct Patch {
-  V3f normal{0, 0, 0};  ///< of unit normals: its length tells how much they turn
+  V3f normal{0, 0, 0};  ///< of unit normals: its length shows how much they turn
   V3f tangent{0, 0, 0};
   V3f along_u{0, 0, 0};  ///< change of place for a repeat
   V3f along_v{0, 0, 0};
   V3f centre{0, 0, 0};
-  float area = 0;              ///< m^2; 0: no surface
-  float handedness = 0;        ///< sum over the area
-  std::uint32_t triangle = 0;  ///< one of its triangles
+  float area = 0;                  ///< m^2; 0: no surface
+  float handedness = 0;            ///< sum over the area
+  std::uint32_t any_triangle = 0;  ///< one of its triangles
 };
 
 /// A patch as a frame shows it.
 struct ShownPatch {
-  V2f pixel{1, 1};  ///< width of a pixel along u and v, repeats
+  V2f pixel_width_texels{1, 1};  ///< width of a pixel along u and v, repeats
   bool in_frame = false;
-  V2i first{0, 0};   ///< unit of its chart
-  int units = 1;     ///< along its sides
-  float offset = 0;  ///< pixels from where yarn belongs at its border, of parts of a repeat
+  V2i first_unit{0, 0};    ///< unit of its chart
+  int units_per_side = 1;  ///< along its sides
+  float offset = 0;        ///< pixels from where yarn belongs at its border, of parts of a repeat
 };
 
 class Patches {
@@ -50,22 +50,22 @@ class Patches {
           std::span<const float> reliefs);
 
   /// Takes another shape of the mesh, of the same triangles and texture coordinates.
-  void take_shape(const MergedSurfaces& mesh) {
+  void update_shape(const MergedSurfaces& mesh) {
     std::ranges::fill(patches_, Patch{});
     add_up(mesh);
   }
 
   /// Takes the relief of another fabric, where all have one.
-  void take_relief(float relief) {
+  void set_relief(float relief) {
     for (Chart& chart : charts_) chart.relief = relief;
   }
 
   struct Chart {
-    V2i size{1, 1};  ///< of the table, in smallest patches
+    V2i size_in_patches{1, 1};  ///< of the table, in smallest patches
     float relief = 0;
-    std::size_t table = 0;            ///< its first entry of the table
-    std::vector<std::size_t> levels;  ///< first patch of each level, finest first
-    std::uint32_t any = 0;            ///< one of the last level that has a surface
+    std::size_t first_table_entry = 0;      ///< its first entry of the table
+    std::vector<std::size_t> level_starts;  ///< first patch of each level, finest first
+    std::uint32_t any_patch = 0;            ///< one of the last level that has a surface
   };
   /// Where a triangle lies: the unit of its first corner's repeat, relative to the chart's first.
   struct Place {
@@ -76,9 +76,9 @@ class Patches {
 
   /// Units that a triangle touches, from its place.
   struct Extent {
-    std::int32_t low_u = 0, low_v = 0, high_u = -1, high_v = -1;
+    std::int32_t min_u_offset = 0, min_v_offset = 0, max_u_offset = -1, max_v_offset = -1;
     /// Whether its pixels are better asked than its units.
-    bool is_large() const { return high_u - low_u >= 6 || high_v - low_v >= 6; }
+    bool is_large() const { return max_u_offset - min_u_offset >= 6 || max_v_offset - min_v_offset >= 6; }
   };
   Extent extent(const MergedSurfaces& mesh, std::size_t triangle) const;
 
@@ -95,46 +95,47 @@ class Patches {
   /// Numbers of the chosen patches at the smallest patches of all charts.
   std::span<const std::uint32_t> table() const { return table_; }
   /// Smallest patches along a repeat; below 1: their sides are longer.
-  float smallest_of_repeat() const { return std::exp2(static_cast<float>(-first_level_)); }
+  float smallest_patches_per_repeat() const { return std::exp2(static_cast<float>(-first_level_)); }
 
   /// Chooses the patches of a frame.
   void choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits,
               std::span<const Light> lights);
 
-  bool is_part(std::uint32_t i) const { return shown_[i].units < units_of_repeat(); }
+  bool is_part(std::uint32_t i) const { return shown_[i].units_per_side < units_per_repeat(); }
   /// Units are parts of repeats along either side, or whole ones.
-  int units_of_repeat() const { return 1 << std::max(-first_level_, 0); }
+  int units_per_repeat() const { return 1 << std::max(-first_level_, 0); }
   /// The unit, counted from a place's, at a place within a repeat.
   int unit(int repeat, float within) const {
-    const int units = units_of_repeat();
+    const int units = units_per_repeat();
     return repeat * units + std::min(static_cast<int>(within * static_cast<float>(units)), units - 1);
   }
   /// The chosen patch at a unit; any of the chart beyond its border.
   std::uint32_t at(const Place& place, int u, int v) const {
     const Chart& chart = charts_[place.chart];
-    return table_[chart.table + cell(place.v, v, chart.size.y) * chart.size.x +
-                  cell(place.u, u, chart.size.x)];
+    return table_[chart.first_table_entry +
+                  cell(place.v, v, chart.size_in_patches.y) * chart.size_in_patches.x +
+                  cell(place.u, u, chart.size_in_patches.x)];
   }
 
   /// Calls body(patch) for the chosen patches around one that is part of a repeat, itself included.
-  void for_all_around(std::uint32_t i, const auto& body) const {
-    const Chart& chart = charts_[places_[patches_[i].triangle].chart];
+  void for_neighbours(std::uint32_t i, const auto& body) const {
+    const Chart& chart = charts_[places_[patches_[i].any_triangle].chart];
     const ShownPatch& shown = shown_[i];
-    for (int v = std::max(shown.first.y - 1, 0); v <= std::min(shown.first.y + shown.units, chart.size.y - 1);
-         ++v)
-      for (int u = std::max(shown.first.x - 1, 0);
-           u <= std::min(shown.first.x + shown.units, chart.size.x - 1); ++u)
-        body(table_[chart.table + static_cast<std::size_t>(v) * chart.size.x + u]);
+    for (int v = std::max(shown.first_unit.y - 1, 0);
+         v <= std::min(shown.first_unit.y + shown.units_per_side, chart.size_in_patches.y - 1); ++v)
+      for (int u = std::max(shown.first_unit.x - 1, 0);
+           u <= std::min(shown.first_unit.x + shown.units_per_side, chart.size_in_patches.x - 1); ++u)
+        body(table_[chart.first_table_entry + static_cast<std::size_t>(v) * chart.size_in_patches.x + u]);
   }
 
   /// Calls body(patch) for the chosen patches of an extent, some of them several times.
   void for_all(const Place& place, const Extent& extent, const auto& body) const {
     const Chart& chart = charts_[place.chart];
-    const std::size_t last_u = cell(place.u, extent.high_u, chart.size.x);
-    const std::size_t last_v = cell(place.v, extent.high_v, chart.size.y);
-    for (std::size_t v = cell(place.v, extent.low_v, chart.size.y); v <= last_v; ++v)
-      for (std::size_t u = cell(place.u, extent.low_u, chart.size.x); u <= last_u; ++u)
-        body(table_[chart.table + v * chart.size.x + u]);
+    const std::size_t last_u = cell(place.u, extent.max_u_offset, chart.size_in_patches.x);
+    const std::size_t last_v = cell(place.v, extent.max_v_offset, chart.size_in_patches.y);
+    for (std::size_t v = cell(place.v, extent.min_v_offset, chart.size_in_patches.y); v <= last_v; ++v)
+      for (std::size_t u = cell(place.u, extent.min_u_offset, chart.size_in_patches.x); u <= last_u; ++u)
+        body(table_[chart.first_table_entry + v * chart.size_in_patches.x + u]);
   }
 
  private:

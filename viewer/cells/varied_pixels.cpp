@@ -13,7 +13,7 @@ struct LatticeLanes {
   /// `within`, of [0, 2^23), on from `first`.
   SELVEDGE_INLINE LatticeLanes(const typename Lanes<N>::Bits& first, const WideFloat<N>& within) {
     const WideFloat<N> floored = floor(within);
-    whole = first + StrandNoiseLanes<N>::bits_of(floored);
+    whole = first + StrandNoiseLanes<N>::to_bits(floored);
     part = within - floored;
   }
   SELVEDGE_INLINE LatticeLanes of_areas(int log2_size) const {
@@ -21,7 +21,7 @@ struct LatticeLanes {
     using Bits = typename Lanes<N>::Bits;
     LatticeLanes result = *this;
     result.whole = (Bits)((Ints)whole >> log2_size);
-    const WideFloat<N> rest = StrandNoiseLanes<N>::number_of(whole & ((1U << log2_size) - 1));
+    const WideFloat<N> rest = StrandNoiseLanes<N>::to_float(whole & ((1U << log2_size) - 1));
     result.part = (rest + part) * WideFloat<N>(1 / static_cast<float>(1U << log2_size));
     return result;
   }
@@ -38,7 +38,7 @@ SELVEDGE_INLINE WideFloat<N> lattice_noise(std::uint32_t key, const LatticeLanes
     const Bits bits = Noise::hash(number + key) + length.whole;
     return along.noise(Noise::hash(bits), Noise::hash(bits + 1U), 0);
   };
-  return across.here * of_row(row.whole) + across.next * of_row(row.whole + 1U);
+  return across.current_weight * of_row(row.whole) + across.next_weight * of_row(row.whole + 1U);
 }
 
 /// Rows across, and lengths along an axis.
@@ -48,7 +48,7 @@ struct RunLanes {
 };
 
 template <std::size_t N>
-SELVEDGE_INLINE RunLanes<N> run_lanes(const YarnRuns& runs, std::size_t axis, const VariedPixels& pixels,
+SELVEDGE_INLINE RunLanes<N> run_lanes(const RowNoise& runs, std::size_t axis, const VariedPixels& pixels,
                                       std::size_t first) {
   using Wide = WideFloat<N>;
   using Bits = typename Lanes<N>::Bits;
@@ -69,7 +69,7 @@ SELVEDGE_INLINE RunLanes<N> run_lanes(const YarnRuns& runs, std::size_t axis, co
   using Ints = typename Lanes<N>::Ints;
   const LatticeLanes<N> length(
       (Bits)((Ints)along >> runs.log2_repeats) * static_cast<std::uint32_t>(runs.lengths),
-      (Noise::number_of(along & (repeats - 1)) + Wide::load(&within_along[first])) *
+      (Noise::to_float(along & (repeats - 1)) + Wide::load(&within_along[first])) *
           Wide(static_cast<float>(runs.lengths) / static_cast<float>(repeats)));
   return {row, length};
 }
@@ -81,11 +81,12 @@ SELVEDGE_INLINE void place_lanes(const Variation& variation, const LaneFloats& f
   for (std::size_t first = 0; first < lane_count; first += N) {
     Wide way[2];  // NOLINT(modernize-avoid-c-arrays)
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      const YarnRuns& runs = variation.places[axis];
+      const RowNoise& runs = variation.row_offsets[axis];
       const RunLanes<N> at = run_lanes<N>(runs, axis, pixels, first);
       const std::uint32_t key =
-          variation_key(variation.seed, lattice_of_places + static_cast<std::uint32_t>(axis));
-      way[axis] = Wide::load(&fraction[first]) * Wide(runs.change) * lattice_noise<N>(key, at.row, at.length);
+          variation_key(variation.seed, first_offset_lattice + static_cast<std::uint32_t>(axis));
+      way[axis] =
+          Wide::load(&fraction[first]) * Wide(runs.amplitude) * lattice_noise<N>(key, at.row, at.length);
     }
     const auto move = [&](const Wide& by, LaneFloats& within, std::array<std::int32_t, lane_count>& repeat)
         __attribute__((always_inline)) {
@@ -108,18 +109,19 @@ template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> run_factor(const Variation& variation, std::size_t axis,
                                         const VariedPixels& pixels, std::size_t first) {
   using Wide = WideFloat<N>;
-  const YarnRuns& runs = variation.runs[axis];
-  if (!(runs.change > 0)) return Wide(1);
+  const RowNoise& runs = variation.row_brightness[axis];
+  if (!(runs.amplitude > 0)) return Wide(1);
   const auto [row, length] = run_lanes<N>(runs, axis, pixels, first);
   LatticeLanes<N> sharp = row;
-  sharp.part = max(min((row.part - Wide(0.5F)) * Wide(1 / (2 * row_border)) + Wide(0.5F), Wide(1)), Wide(0));
+  sharp.part =
+      max(min((row.part - Wide(0.5F)) * Wide(1 / (2 * row_blend_half_width)) + Wide(0.5F), Wide(1)), Wide(0));
   const auto lattice = static_cast<std::uint32_t>(2 * axis);
   const Wide single = lattice_noise<N>(variation_key(variation.seed, lattice), sharp, length);
   const Wide area = lattice_noise<N>(variation_key(variation.seed, lattice + 1), row.of_areas(log2_area_rows),
                                      length.of_areas(log2_area_lengths));
-  const Wide sum =
-      Wide(runs.change) * (Wide::load(&pixels.fade[lattice][first]) * single +
-                           Wide(change_of_areas) * Wide::load(&pixels.fade[lattice + 1][first]) * area);
+  const Wide sum = Wide(runs.amplitude) *
+                   (Wide::load(&pixels.fade[lattice][first]) * single +
+                    Wide(area_amplitude_ratio) * Wide::load(&pixels.fade[lattice + 1][first]) * area);
   return max(min(Wide(1) + sum, Wide(2)), Wide(0));
 }
 
@@ -138,12 +140,12 @@ SELVEDGE_THREE_BODIES(vary_lanes,
 
 }  // namespace
 
-void place(const Variation& variation, const LaneFloats& fraction, VariedPixels& pixels) {
+void place_pixels(const Variation& variation, const LaneFloats& fraction, VariedPixels& pixels) {
   static const auto place_all = place_lanes_for_this_processor();
   place_all(variation, fraction, pixels);
 }
 
-void vary(const Variation& variation, const VariedPixels& pixels, LaneFloats& factors) {
+void find_variation_factors(const Variation& variation, const VariedPixels& pixels, LaneFloats& factors) {
   static const auto vary_all = vary_lanes_for_this_processor();
   vary_all(variation, pixels, factors);
 }

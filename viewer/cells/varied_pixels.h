@@ -1,4 +1,4 @@
-// Variation beyond the repeat at sixteen pixels: the twin of place_of() and variation_at()
+// Variation beyond the repeat at sixteen pixels: the twin of displaced_place() and variation_at()
 // (format/fabric/variation.h).
 #pragma once
 
@@ -15,8 +15,8 @@ struct VariedPixels {
 };
 
 /// Moves the pixels' texture coordinates to their places. Precondition, also below: varies() holds.
-void place(const Variation& variation, const LaneFloats& fraction, VariedPixels& pixels);
+void place_pixels(const Variation& variation, const LaneFloats& fraction, VariedPixels& pixels);
 /// The factors of all pixels, which are placed.
-void vary(const Variation& variation, const VariedPixels& pixels, LaneFloats& factors);
+void find_variation_factors(const Variation& variation, const VariedPixels& pixels, LaneFloats& factors);
 
 }  // namespace selvedge

@@ -27,7 +27,7 @@ FrameBands bands_of(const FrameSize& size) {
 }
 
 BandPixels pixels_of(const FrameBands& bands, int first_row, Frame& frame, std::vector<V4f>& large) {
-  BandPixels pixels{first_row, bands.width, bands.rows_from(first_row),
+  BandPixels pixels{first_row, bands.width, bands.band_row_count(first_row),
                     nullptr,   bands.width, bands.supersample};
   if (bands.supersample > 1) {
     large.resize(pixels.width * pixels.rows);

@@ -15,7 +15,7 @@ struct FrameBands {
   int height = 1;
   int rows = 1;  ///< of a band; the last one may have fewer
   int supersample = 1;
-  int rows_from(int first_row) const { return first_row + rows < height ? rows : height - first_row; }
+  int band_row_count(int first_row) const { return first_row + rows < height ? rows : height - first_row; }
   bool operator==(const FrameBands&) const = default;
 };
 

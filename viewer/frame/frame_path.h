@@ -28,8 +28,8 @@ struct FrameView {
   const Camera& camera;
   const DrawOptions& options;
   std::span<const ShadowMap> shadows{};  ///< of the lights; empty: no shadows
-  /// Fraction of DrawOptions::around that reaches the vertices; empty: all.
-  std::span<const SmoothLight> around_vertices{};
+  /// Fraction of DrawOptions::smooth_light that reaches the vertices; empty: all.
+  std::span<const SmoothLight> vertex_lights{};
   std::shared_ptr<const Reflections> reflections = nullptr;  ///< of DrawOptions::environment; null: none
 };
 

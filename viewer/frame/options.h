@@ -45,15 +45,15 @@ struct PatchLimits {
   float repeats = 32;
   /// Degrees that normals turn from their mean, times the pixels of a repeat, of more than one repeat: yarn
   /// of height h repeats is seen h * turn * pixels off its place.
-  float turn_pixels = 80;
+  float turn_degree_pixels = 80;
   /// Degrees that normals turn and rays differ in any case, of more than one repeat: highlights go with them.
-  float turn = 2;
+  float turn_degrees = 2;
   /// Pixels along the longest side of a patch whose normals turn out of sight or away from a light: their
   /// mean is neither.
   float outline_pixels = 4;
   /// Pixels between yarn at the border of a patch of at most one repeat and its place:
   /// Patches::View::offset().
-  float offset = 0.5F;
+  float offset_pixels = 0.5F;
 };
 
 /// How cell images are made and kept (viewer/cells). The defaults are for pictures at rest.
@@ -63,13 +63,13 @@ struct CellImageOptions {
   bool hairs_behind = true;  ///< also on what only shows behind other surfaces
   // As in CellView.
   bool hair_shadows = true;
-  int shaded_together = 1;
-  float shadow_texels = 2;
+  int shading_block = 1;
+  float shadow_texels_per_pixel = 2;
   float detail = 8;
-  float piece_pixels = 1.5F;
+  float max_piece_pixels = 1.5F;
   /// Fraction of the images in sight, in (0, 1], that a frame makes again where view or light have changed.
   /// Below 1 the picture moves.
-  float remade = 1;
+  float remade_fraction = 1;
   float min_transparency = 0.5F / 255;  ///< of a pixel, for surfaces behind it to be drawn
   std::size_t memory = std::size_t{256}
                        << 20;  ///< bytes of all images; their shadow grids take a quarter more
@@ -78,26 +78,31 @@ struct CellImageOptions {
 /// For frames that move.
 inline constexpr CellImageOptions moving_cell_images{
     .samples = 2,
-    .patches =
-        {.pixels = 128, .repeats = 4, .turn_pixels = 720, .turn = 25, .outline_pixels = 16, .offset = 8},
+    .patches = {.pixels = 128,
+                .repeats = 4,
+                .turn_degree_pixels = 720,
+                .turn_degrees = 25,
+                .outline_pixels = 16,
+                .offset_pixels = 8},
     .hairs_behind = false,
     .hair_shadows = false,
-    .shaded_together = 2,
-    .shadow_texels = 1,
-    .piece_pixels = 2,
-    .remade = 0.25F,
+    .shading_block = 2,
+    .shadow_texels_per_pixel = 1,
+    .max_piece_pixels = 2,
+    .remade_fraction = 0.25F,
     .min_transparency = 3.0F / 255,
 };
 
 /// Square blocks of a picture, row by row from its lower left.
 struct FrameBlocks {
-  int side = 8;  ///< pixels
-  int across = 0;
-  std::vector<std::uint8_t> drawn;  ///< 0: not
+  int block_size = 8;  ///< pixels
+  int columns = 0;
+  std::vector<std::uint8_t> is_drawn;  ///< 0: not
   /// Whether some of these pixels' rows are drawn.
-  bool shows(int first_row, int rows) const {
-    const auto row = drawn.begin() + static_cast<std::ptrdiff_t>(first_row / side) * across;
-    const auto end = drawn.begin() + static_cast<std::ptrdiff_t>((first_row + rows - 1) / side + 1) * across;
+  bool has_drawn_rows(int first_row, int rows) const {
+    const auto row = is_drawn.begin() + static_cast<std::ptrdiff_t>(first_row / block_size) * columns;
+    const auto end =
+        is_drawn.begin() + static_cast<std::ptrdiff_t>((first_row + rows - 1) / block_size + 1) * columns;
     return std::any_of(row, end, [](std::uint8_t block) { return block != 0; });
   }
 };
@@ -107,23 +112,24 @@ struct DrawOptions {
   LevelOptions levels;
   CellImageOptions cells;
   std::vector<Light> lights;
-  /// Times pi, the even radiance in `around` that its environment has not: mirror images lack it.
-  float ambient = 0;
+  /// Times pi, the even radiance in `smooth_light` that its environment has not: mirror images lack it.
+  float mirrored_ambient = 0;
   /// Smooth light from all around, on everything.
-  std::optional<SmoothLight> around;
-  /// The environment that `around` is of, for mirror images on surfaces without fabric and as a backdrop.
+  std::optional<SmoothLight> smooth_light;
+  /// The environment that `smooth_light` is of, for mirror images on surfaces without fabric and as a
+  /// backdrop.
   std::shared_ptr<const Environment> environment;
   /// The environment is seen beside the scene and through it, in a mirror of this roughness; -1: the scene
   /// stands on a floor that shows nothing but its shadow (floor.h).
-  float backdrop = -1;
+  float backdrop_roughness = -1;
   /// Texels per side of a shadow map, one for each light that can cast shadows (shadows.h); 0: no shadows.
-  int shadows = 0;
+  int shadow_map_size = 0;
   /// Once this is true, drawing stops early, and the frame is incomplete. Null: nothing interrupts it.
-  const std::atomic<bool>* interrupted = nullptr;
+  const std::atomic<bool>* interrupt_flag = nullptr;
   /// The same from this moment on.
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
-  bool ends() const {
-    return (interrupted != nullptr && interrupted->load(std::memory_order_relaxed)) ||
+  bool is_interrupted() const {
+    return (interrupt_flag != nullptr && interrupt_flag->load(std::memory_order_relaxed)) ||
            (deadline != std::chrono::steady_clock::time_point::max() &&
             std::chrono::steady_clock::now() >= deadline);
   }
@@ -134,31 +140,31 @@ struct DrawOptions {
 /// Statistics of a rendering; times in seconds. Drawing and evaluation of different bands overlap, so the
 /// times add up to more than the frame's.
 struct RenderStats {
-  double prepare = 0;   ///< context, vertices, fabrics; and the textures of all frames so far
-  double project = 0;   ///< projecting vertices and sorting triangles into bands
-  double shadows = 0;   ///< drawing shadow maps
-  double geometry = 0;  ///< drawing with OpenGL
-  double read_back = 0;
-  double evaluation = 0;  ///< texels, frames and shading on the CPU
-  double filter = 0;
+  double prepare_seconds = 0;   ///< context, vertices, fabrics; and the textures of all frames so far
+  double project_seconds = 0;   ///< projecting vertices and sorting triangles into bands
+  double shadow_seconds = 0;    ///< drawing shadow maps
+  double geometry_seconds = 0;  ///< drawing with OpenGL
+  double read_back_seconds = 0;
+  double evaluation_seconds = 0;  ///< texels, frames and shading on the CPU
+  double filter_seconds = 0;
   std::int64_t triangles = 0;
   std::int64_t covered_pixels = 0;    ///< of the nearest layer, in the supersampled frame
   std::int64_t evaluated_pixels = 0;  ///< over all layers
   std::int64_t cloth_pixels = 0;      ///< of these, with fabric that is not clear
   int layers = 0;                     ///< largest number in one pixel
-  std::int64_t image_bytes = 0;       ///< the most that cell images took at once
+  std::int64_t peak_image_bytes = 0;  ///< the most that cell images took at once
   std::int64_t decoded_pictures = 0;  ///< of all frames so far
   std::vector<std::string> remarks;   ///< options and materials that could not be honoured, one line each
 };
 
 /// The times in reports.
 inline constexpr std::array<std::pair<const char*, double RenderStats::*>, 7> render_seconds{
-    {{"prepare", &RenderStats::prepare},
-     {"project", &RenderStats::project},
-     {"shadows", &RenderStats::shadows},
-     {"geometry", &RenderStats::geometry},
-     {"readBack", &RenderStats::read_back},
-     {"evaluation", &RenderStats::evaluation},
-     {"filter", &RenderStats::filter}}};
+    {{"prepare", &RenderStats::prepare_seconds},
+     {"project", &RenderStats::project_seconds},
+     {"shadows", &RenderStats::shadow_seconds},
+     {"geometry", &RenderStats::geometry_seconds},
+     {"readBack", &RenderStats::read_back_seconds},
+     {"evaluation", &RenderStats::evaluation_seconds},
+     {"filter", &RenderStats::filter_seconds}}};
 
 }  // namespace selvedge

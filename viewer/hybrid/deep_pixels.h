@@ -13,11 +13,11 @@ namespace selvedge {
 
 /// One side of the cloth in a band, and the list of triangles that its numbers index.
 struct DrawnSide {
-  VisibleSide seen;
-  std::vector<std::uint32_t> list;
+  VisibleSide visible;
+  std::vector<std::uint32_t> triangle_list;
   /// Empty if no surface of the scene needs it.
   PbrPixel pbr_at(std::size_t i) const {
-    return seen.colours.empty() ? PbrPixel{} : PbrPixel{seen.colours[i], seen.pbr[i]};
+    return visible.colours.empty() ? PbrPixel{} : PbrPixel{visible.colours[i], visible.pbr[i]};
   }
 };
 
@@ -27,25 +27,25 @@ struct DeepLayers {
   std::vector<std::uint32_t> starts{0};
   std::vector<PbrPixel> pbr;  ///< empty if no surface of the scene needs it
   std::size_t pixels() const { return starts.size() - 1; }
-  PbrPixel pbr_of(const DeepHit& hit) const { return pbr.empty() ? PbrPixel{} : pbr[hit.pbr]; }
+  PbrPixel pbr_of(const DeepHit& hit) const { return pbr.empty() ? PbrPixel{} : pbr[hit.pbr_index]; }
 };
 
-/// Sorts hits into so many pixels. The order does not depend on the order of `hits`.
-DeepLayers by_pixel(std::size_t pixels, std::span<const DeepHit> hits);
+/// Sorts hits by pixel. The order does not depend on the order of `hits`.
+DeepLayers sort_by_pixel(std::size_t pixels, std::span<const DeepHit> hits);
 
 /// The deep pixels of a band of a scene with surfaces without fabric, collected until OpenGL has drawn all
 /// their layers: only it evaluates the masks of such surfaces.
 class DeepPixels {
  public:
   struct Pixel {
-    std::uint32_t pixel = 0;
+    std::uint32_t index_in_band = 0;
     std::array<std::uint8_t, 2> counts{};  ///< number of surfaces by side (front, back)
   };
   /// Adds pixels, each at most once.
   void add(std::span<const Pixel> pixels) { pixels_.insert(pixels_.end(), pixels.begin(), pixels.end()); }
   bool empty() const { return pixels_.empty(); }
   /// Whether some pixel has a surface of this side in this round.
-  bool has_more(int side, int round) const;
+  bool has_round(int side, int round) const;
   /// Adds the surfaces that a round has drawn at these pixels.
   void add_round(int side, int round, const DrawnSide& drawn);
   DeepLayers layers();

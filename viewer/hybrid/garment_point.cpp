@@ -34,7 +34,7 @@ float half_number(std::uint32_t bits) {
 
 }  // namespace
 
-GarmentPoint garment_point(const FrameScene& scene, SeenSurface seen, int x, int y) {
+GarmentPoint garment_point(const FrameScene& scene, TriangleSide seen, int x, int y) {
   const MergedSurfaces& mesh = scene.prepared.mesh;
   const ProjectedVertices& projected = scene.projected;
   GarmentPoint point;
@@ -45,7 +45,7 @@ GarmentPoint garment_point(const FrameScene& scene, SeenSurface seen, int x, int
   const V2f at(static_cast<float>(x) + 0.5F - 0.5F * static_cast<float>(projected.width),
                static_cast<float>(y) + 0.5F - 0.5F * static_cast<float>(projected.height));
   const ViewRays rays = view_rays(scene.view.camera, projected.width, projected.height);
-  point.to_viewer = (rays.base + rays.right * at.x + rays.up * at.y).normalized();
+  point.to_viewer = (rays.base + rays.step_right * at.x + rays.step_up * at.y).normalized();
   // Corners relative to the pixel, times their w. d p / dx = (-w, 0), d p / dy = (0, -w).
   std::array<V2f, 3> p;
   std::array<float, 3> w{};
@@ -70,14 +70,14 @@ GarmentPoint garment_point(const FrameScene& scene, SeenSurface seen, int x, int
   const V2f first(std::floor(uv[0].x), std::floor(uv[0].y));
   for (std::size_t k = 0; k < 3; ++k) {
     const float weight = scale > 0 || scale < 0 ? edge[k] * scale : 1.0F / 3;
-    point.weights[k] = weight;
+    point.barycentrics[k] = weight;
     const std::uint32_t vertex = triangle.corners[k];
     point.position += mesh.positions[vertex] * weight;
     point.normal += mesh.normal(vertex) * weight;
     point.tangent += mesh.tangent(vertex) * weight;
     point.uv += (uv[k] - first) * weight;
-    point.uv_right += (uv[k] - uv[0]) * ((right[k] - weight * sum(right)) * scale);
-    point.uv_up += (uv[k] - uv[0]) * ((up[k] - weight * sum(up)) * scale);
+    point.duv_dx += (uv[k] - uv[0]) * ((right[k] - weight * sum(right)) * scale);
+    point.duv_dy += (uv[k] - uv[0]) * ((up[k] - weight * sum(up)) * scale);
   }
   for (int axis = 0; axis < 2; ++axis) {
     float& c = point.uv[axis];
@@ -111,34 +111,34 @@ std::vector<ArrivingLight> lights_at(const FrameScene& scene, const GarmentPoint
                                      const GarmentFrame& frame, bool through) {
   std::vector<ArrivingLight> lights;
   for (const Light& light : scene.view.options.lights) {
-    const Illumination there = light_at(light, scene.prepared.origin + V3d(point.position));
-    lights.push_back({frame.into(V3f(there.direction)), there.irradiance, light.of_environment});
+    const Illumination there = illumination_at(light, scene.prepared.origin + V3d(point.position));
+    lights.push_back({frame.to_frame(V3f(there.direction)), there.irradiance, light.is_environment_part});
   }
   for (const ShadowMap& map : scene.shadows) {
     ArrivingLight& light = lights[map.view.light];
     // Transmitted light leaves the cloth on the light's side, so that it is not in its own shadow.
     const bool behind = through && !(light.direction.z > 0);
     light.irradiance *= shadow_visibility(map, point.position, behind ? -frame.normal : frame.normal,
-                                          frame.in_world(light.direction));
+                                          frame.to_world(light.direction));
   }
   return lights;
 }
 
-SmoothLight around_at(const FrameScene& scene, const GarmentPoint& point) {
-  const std::span<const SmoothLight> vertices = scene.view.around_vertices;
-  if (vertices.empty()) return *scene.view.options.around;
+SmoothLight smooth_light_at(const FrameScene& scene, const GarmentPoint& point) {
+  const std::span<const SmoothLight> vertices = scene.view.vertex_lights;
+  if (vertices.empty()) return *scene.view.options.smooth_light;
   SmoothLight light;
   const auto& corners = scene.prepared.mesh.triangles[point.triangle].corners;
   for (std::size_t corner = 0; corner < 3; ++corner)
-    for (std::size_t k = 0; k < smooth_functions; ++k)
-      light.factors[k] += vertices[corners[corner]].factors[k] * point.weights[corner];
+    for (std::size_t k = 0; k < smooth_function_count; ++k)
+      light.coefficients[k] += vertices[corners[corner]].coefficients[k] * point.barycentrics[corner];
   return light;
 }
 
-float visibility_around(const FrameScene& scene, const SmoothLight& at_point, const V3f& normal) {
-  if (scene.view.around_vertices.empty()) return 1;
+float smooth_light_visibility(const FrameScene& scene, const SmoothLight& at_point, const V3f& normal) {
+  if (scene.view.vertex_lights.empty()) return 1;
   const V3f seen = mean_radiance(at_point, normal);
-  const V3f all = mean_radiance(*scene.view.options.around, normal);
+  const V3f all = mean_radiance(*scene.view.options.smooth_light, normal);
   const float sum = all.x + all.y + all.z;
   return sum > 0 ? std::clamp((seen.x + seen.y + seen.z) / sum, 0.0F, 1.0F) : 1.0F;
 }

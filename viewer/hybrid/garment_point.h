@@ -19,33 +19,33 @@ struct FrameScene {
   const ProjectedVertices& projected;
   std::span<const ShadowMap> shadows;  ///< ShadowView::light is an index into the lights
   const CellPass& cells;
-  bool paper = false;  ///< as published: texels with colours of 8 bits in place of cell images
+  bool is_paper = false;  ///< as published: texels with colours of 8 bits in place of cell images
 };
 
 struct GarmentPoint {
   std::uint32_t surface = 0;
   std::uint32_t triangle = 0;  ///< index into MergedSurfaces::triangles
   bool back = false;
-  std::array<float, 3> weights{};  ///< of the corners
-  V3f position{0, 0, 0};           ///< m, from the mesh's origin
-  V3f normal{0, 0, 0};             ///< of the front; interpolated, not normalised
-  V3f tangent{0, 0, 0};            ///< the same
-  V3f to_viewer{0, 0, 1};          ///< unit
-  V2f uv{0, 0};                    ///< without whole repeats; 0 where they overflow
-  V2f uv_right{0, 0};              ///< change per pixel
-  V2f uv_up{0, 0};
+  std::array<float, 3> barycentrics{};  ///< of the corners
+  V3f position{0, 0, 0};                ///< m, from the mesh's origin
+  V3f normal{0, 0, 0};                  ///< of the front; interpolated, not normalised
+  V3f tangent{0, 0, 0};                 ///< the same
+  V3f to_viewer{0, 0, 1};               ///< unit
+  V2f uv{0, 0};                         ///< without whole repeats; 0 where they overflow
+  V2f duv_dx{0, 0};                     ///< change per pixel
+  V2f duv_dy{0, 0};
 };
 /// Homogeneous coordinates: correct in perspective and for corners behind the viewer (after Olano and Greer
 /// 1997). (x, y): from the lower left.
-GarmentPoint garment_point(const FrameScene& scene, SeenSurface seen, int x, int y);
+GarmentPoint garment_point(const FrameScene& scene, TriangleSide seen, int x, int y);
 
 /// The garment's frame at a point. On both sides `tangent` points along growing u and `up` along falling v;
 /// `normal` points out of the visible side. So the back of a cloth is the front mirrored in the cloth's
 /// plane; the frame is left-handed where the texture appears mirrored.
 struct GarmentFrame {
   V3f tangent, up, normal;
-  V3f into(const V3f& world) const { return {world.dot(tangent), world.dot(up), world.dot(normal)}; }
-  V3f in_world(const V3f& d) const { return tangent * d.x + up * d.y + normal * d.z; }
+  V3f to_frame(const V3f& world) const { return {world.dot(tangent), world.dot(up), world.dot(normal)}; }
+  V3f to_world(const V3f& d) const { return tangent * d.x + up * d.y + normal * d.z; }
 };
 /// A normal that faces away from the viewer is bent until the view just clears the horizon. The paper's fixed
 /// axis replaces a missing tangent. `slope`: of a normal texture. `side`: 1 front, -1 back.
@@ -57,17 +57,17 @@ GarmentFrame garment_frame(const FrameScene& scene, const GarmentPoint& point, c
 struct ArrivingLight {
   V3f direction{0, 0, 1};
   V3f irradiance{0, 0, 0};
-  bool of_environment = false;  ///< Light::of_environment
+  bool is_environment_part = false;  ///< Light::is_environment_part
 };
 /// The lights at a point, without their shadows' fraction. `through`: light from behind comes through.
 std::vector<ArrivingLight> lights_at(const FrameScene& scene, const GarmentPoint& point,
                                      const GarmentFrame& frame, bool through);
 /// Light from all around at a point, world axes. Precondition: the options have such light.
-SmoothLight around_at(const FrameScene& scene, const GarmentPoint& point);
+SmoothLight smooth_light_at(const FrameScene& scene, const GarmentPoint& point);
 
 /// The fraction of light from all around that the scene leaves a point, as white cloth that faces along
 /// `normal` (world) reflects it; 1 where nothing is known.
-float visibility_around(const FrameScene& scene, const SmoothLight& at_point, const V3f& normal);
+float smooth_light_visibility(const FrameScene& scene, const SmoothLight& at_point, const V3f& normal);
 
 /// PbrPixel::words, decoded.
 struct PbrValues {

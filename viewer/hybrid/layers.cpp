@@ -22,24 +22,24 @@ class Painter {
 
   /// Overwrites the next sixteen pixels of a row, or those left of its end. `pbr_at`: of a lane.
   template <class PbrAt>
-  void put_row(int x, int y, const SeenSurface* surfaces, const PbrAt& pbr_at) {
+  void put_row(int x, int y, const TriangleSide* surfaces, const PbrAt& pbr_at) {
     const int count = std::min(static_cast<int>(lane_count), pixels_.width - x);
     V4f* const to = &at(x, y);
     std::uint32_t others = 0;  // lanes
     std::uint32_t plain = 0;
     std::uint32_t cells = 0;
-    const SeenSurface nothing = scene_.cells.nothing();
-    SeenSurface known = no_surface;
+    const TriangleSide nothing = scene_.cells.empty_triangle_side();
+    TriangleSide known = no_triangle_side;
     std::uint32_t known_cell = 0;
     std::uint32_t known_plain = 0;
     for (int lane = 0; lane < count; ++lane) {
-      const SeenSurface surface = surfaces[lane];
+      const TriangleSide surface = surfaces[lane];
       if (surface != known) {
         known = surface;
-        known_cell = surface != no_surface && scene_.cells.shows(surface) ? 1 : 0;
-        known_plain = known_cell != 0 && scene_.cells.is_plain(surface) ? 1 : 0;
+        known_cell = surface != no_triangle_side && scene_.cells.shows(surface) ? 1 : 0;
+        known_plain = known_cell != 0 && scene_.cells.is_unmodified(surface) ? 1 : 0;
       }
-      const std::uint32_t shows = surface != no_surface ? 1 : 0;
+      const std::uint32_t shows = surface != no_triangle_side ? 1 : 0;
       cells |= known_cell << lane;
       plain |= known_plain << lane;
       others |= (shows & ~known_cell) << lane;
@@ -50,14 +50,14 @@ class Painter {
       std::fill_n(to, count, V4f(0, 0, 0, 0));
     } else {
       std::fill(row_.surface.begin() + count, row_.surface.end(), nothing);
-      const V2f first = scene_.cells.from_middle(x, pixels_.first_row + y);
+      const V2f first = scene_.cells.offset_from_centre(x, pixels_.first_row + y);
       for (std::size_t lane = 0; lane < lane_count; ++lane) row_.x[lane] = first.x + static_cast<float>(lane);
       row_.y.fill(first.y);
       scene_.cells.sample(row_, seen_);
       std::memcpy(static_cast<void*>(to), seen_.pixels.data(), count * sizeof(V4f));
       for (std::uint32_t left = cells; left != 0; left &= left - 1)
         cloth_ += to[std::countr_zero(left)].w > 0 ? 1 : 0;
-      for (std::uint32_t left = seen_.fills_holes; left != 0; left &= left - 1) {
+      for (std::uint32_t left = seen_.hole_filling_lanes; left != 0; left &= left - 1) {
         const int lane = std::countr_zero(left);
         if (lane < count && to[lane].w > 0) to[lane] /= to[lane].w;
       }
@@ -65,7 +65,7 @@ class Painter {
     for (std::uint32_t left = others | (cells & ~plain); left != 0; left &= left - 1) {
       const int lane = std::countr_zero(left);
       const bool is_cell = (cells >> lane & 1) != 0;
-      const SeenSurface surface = surfaces[lane];
+      const TriangleSide surface = surfaces[lane];
       to[lane] = is_cell
                      ? change_cell(scene_, surface, x + lane, pixels_.first_row + y, pbr_at(lane), to[lane])
                      : shade(surface, x + lane, y, pbr_at(lane));
@@ -73,7 +73,7 @@ class Painter {
   }
 
   /// A pixel must not be added again before paint().
-  void add(int x, int y, SeenSurface surface, const PbrPixel& pbr) {
+  void add(int x, int y, TriangleSide surface, const PbrPixel& pbr) {
     ++count_;
     if (!scene_.cells.shows(surface)) {
       V4f& pixel = at(x, y);
@@ -81,7 +81,7 @@ class Painter {
       return;
     }
     const std::size_t lane = waiting_++;
-    const V2f place = scene_.cells.from_middle(x, pixels_.first_row + y);
+    const V2f place = scene_.cells.offset_from_centre(x, pixels_.first_row + y);
     row_.surface[lane] = surface;
     row_.x[lane] = place.x;
     row_.y[lane] = place.y;
@@ -94,14 +94,14 @@ class Painter {
   void paint() {
     if (waiting_ == 0) return;
     std::fill(row_.surface.begin() + static_cast<std::ptrdiff_t>(waiting_), row_.surface.end(),
-              scene_.cells.nothing());
+              scene_.cells.empty_triangle_side());
     scene_.cells.sample(row_, seen_);
     for (std::size_t lane = 0; lane < waiting_; ++lane) {
       const auto& [x, y] = at_[lane];
       V4f value = seen_.at(lane);
       cloth_ += value.w > 0 ? 1 : 0;
-      if ((seen_.fills_holes >> lane & 1) != 0 && value.w > 0) value /= value.w;
-      if (!scene_.cells.is_plain(row_.surface[lane]))
+      if ((seen_.hole_filling_lanes >> lane & 1) != 0 && value.w > 0) value /= value.w;
+      if (!scene_.cells.is_unmodified(row_.surface[lane]))
         value = change_cell(scene_, row_.surface[lane], x, pixels_.first_row + y, pbr_[lane], value);
       V4f& pixel = at(x, y);
       pixel += value * (1 - pixel.w);
@@ -117,7 +117,7 @@ class Painter {
  private:
   V4f& at(int x, int y) { return pixels_.at(x, y); }
   /// shade_pixel() of a pixel without a cell image.
-  V4f shade(SeenSurface surface, int x, int y, const PbrPixel& pbr) {
+  V4f shade(TriangleSide surface, int x, int y, const PbrPixel& pbr) {
     const V4f value = shade_pixel(scene_, surface, x, pixels_.first_row + y, pbr);
     const MergedTriangle& triangle = scene_.prepared.mesh.triangles[surface / 2];
     cloth_ += scene_.prepared.materials.surfaces[triangle.surface].fabric >= 0 && value.w > 0 ? 1 : 0;
@@ -175,22 +175,22 @@ class RowShader {
   void see_nearest() {
     thread_local std::array<RasterRows, 2> rows;
     const bool is_drawn = has_blocks();
-    if (surfaces_.cast && is_drawn)
+    if (surfaces_.is_cpu_raster && is_drawn)
       for (std::size_t side = 0; side < 2; ++side) surfaces_.raster[side].draw(task_, rows[side]);
     for (int y = first_; y < end_; ++y) {
       const std::span nearest(&surfaces_.nearest[index_of(0, y)], static_cast<std::size_t>(pixels_.width));
       const std::span behind(&surfaces_.behind[index_of(0, y)], nearest.size());
       if (!is_drawn) {
-        std::ranges::fill(nearest, no_surface);
-        std::ranges::fill(behind, no_surface);
+        std::ranges::fill(nearest, no_triangle_side);
+        std::ranges::fill(behind, no_triangle_side);
         continue;
       }
-      if (surfaces_.cast)
+      if (surfaces_.is_cpu_raster)
         merge_sides(rows, static_cast<std::size_t>(y - first_) * rows[0].stride, nearest, behind);
       else
         merge_drawn(index_of(0, y), nearest, behind);
       if (blocks_ != nullptr) clear_beside(y, nearest, behind);
-      SeenSurface known = no_surface;
+      TriangleSide known = no_triangle_side;
       for (int x = 0; x < pixels_.width; ++x) note(nearest[x], x, y, known);
     }
   }
@@ -205,29 +205,29 @@ class RowShader {
         });
       }
     }
-    count_.covered = count_.evaluated = painter_.count();
+    count_.covered_pixels = count_.evaluated_pixels = painter_.count();
     count_.layers = painter_.count() > 0 ? 1 : 0;
     for (int y = first_; y < end_; ++y) {
       for (int x = 0; x < pixels_.width; ++x) {
-        SeenSurface& behind = surfaces_.behind[index_of(x, y)];
-        if (behind == no_surface) continue;
-        const bool is_deep = behind == deep_surface;
+        TriangleSide& behind = surfaces_.behind[index_of(x, y)];
+        if (behind == no_triangle_side) continue;
+        const bool is_deep = behind == deep_triangle_side;
         const bool is_open = layers_ > 1 && painter_.is_open(pixels_.at(x, y));
         if (is_deep && is_open) deep_.push_back(static_cast<std::uint32_t>(index_of(x, y)));
-        if (is_deep || !is_open) behind = no_surface;
+        if (is_deep || !is_open) behind = no_triangle_side;
       }
     }
   }
 
   /// Finds all surfaces at deep pixels, and notes the cell images of all that may show behind the nearest.
   void see_behind() {
-    SeenSurface known = no_surface;
+    TriangleSide known = no_triangle_side;
     for (int y = first_; y < end_; ++y)
       for (int x = 0; x < pixels_.width; ++x) note(surfaces_.behind[index_of(x, y)], x, y, known);
     if (surfaces_.has_pbr() || deep_.empty()) return;
     std::vector<DeepHit> hits;
     for (const Raster& raster : surfaces_.raster) raster.find(task_, deep_, hits);
-    layers_of_deep_ = by_pixel(deep_.size(), hits);
+    layers_of_deep_ = sort_by_pixel(deep_.size(), hits);
     for (std::size_t k = 0; k < layers_of_deep_.pixels(); ++k) {
       for (std::size_t i = layers_of_deep_.starts[k] + 1; i < layers_of_deep_.starts[k + 1]; ++i) {
         const DeepHit& hit = layers_of_deep_.hits[i];
@@ -241,17 +241,17 @@ class RowShader {
   void shade_behind() {
     const std::int64_t before = painter_.count();
     for (int y = first_; y < end_; ++y) {
-      const SeenSurface* const behind = &surfaces_.behind[index_of(0, y)];
+      const TriangleSide* const behind = &surfaces_.behind[index_of(0, y)];
       for (int x = 0; x < pixels_.width; ++x) {
-        if (behind[x] == no_surface) continue;
+        if (behind[x] == no_triangle_side) continue;
         painter_.add(x, y, behind[x], surfaces_.pbr_at(behind[x], index_of(x, y)));
       }
     }
     painter_.paint();
     if (painter_.count() > before) count_.layers = 2;
     paint_layers(painter_, layers_of_deep_, 0, layers_of_deep_.pixels(), layers_, pixels_, count_);
-    count_.evaluated = painter_.count();
-    count_.cloth = painter_.cloth();
+    count_.evaluated_pixels = painter_.count();
+    count_.cloth_pixels = painter_.cloth();
   }
 
   const LayerCount& count() const { return count_; }
@@ -261,45 +261,46 @@ class RowShader {
   std::size_t index_of(int x, int y) const { return static_cast<std::size_t>(y) * pixels_.width + x; }
 
   const std::uint8_t* blocks_of(int y) const {
-    const int row = (pixels_.first_row + y) / (blocks_->side * pixels_.supersample);
-    return blocks_->drawn.data() + static_cast<std::ptrdiff_t>(row) * blocks_->across;
+    const int row = (pixels_.first_row + y) / (blocks_->block_size * pixels_.supersample);
+    return blocks_->is_drawn.data() + static_cast<std::ptrdiff_t>(row) * blocks_->columns;
   }
   /// Whether some pixels of the rows are drawn.
   bool has_blocks() const {
-    return blocks_ == nullptr || blocks_->shows((pixels_.first_row + first_) / pixels_.supersample,
-                                                (end_ - 1 - first_) / pixels_.supersample + 1);
+    return blocks_ == nullptr || blocks_->has_drawn_rows((pixels_.first_row + first_) / pixels_.supersample,
+                                                         (end_ - 1 - first_) / pixels_.supersample + 1);
   }
-  void clear_beside(int y, std::span<SeenSurface> nearest, std::span<SeenSurface> behind) const {
+  void clear_beside(int y, std::span<TriangleSide> nearest, std::span<TriangleSide> behind) const {
     const std::uint8_t* const blocks = blocks_of(y);
-    const int side = blocks_->side * pixels_.supersample;
+    const int side = blocks_->block_size * pixels_.supersample;
     for (int x = 0; x < pixels_.width; ++x)
-      if (blocks[x / side] == 0) nearest[x] = behind[x] = no_surface;
+      if (blocks[x / side] == 0) nearest[x] = behind[x] = no_triangle_side;
   }
 
-  void note(SeenSurface surface, int x, int y, SeenSurface& known) {
-    if (surface == known || surface >= deep_surface || !cells_.shows(surface)) return;
+  void note(TriangleSide surface, int x, int y, TriangleSide& known) {
+    if (surface == known || surface >= deep_triangle_side || !cells_.shows(surface)) return;
     cells_.mark_visible(surface, x, pixels_.first_row + y);
-    known = cells_.is_large(surface) ? no_surface : surface;
+    known = cells_.needs_all_pixels(surface) ? no_triangle_side : surface;
   }
 
   /// As merge_sides(), of a row that OpenGL has drawn; its first pixel has index `row`.
-  void merge_drawn(std::size_t row, std::span<SeenSurface> nearest, std::span<SeenSurface> behind) const {
+  void merge_drawn(std::size_t row, std::span<TriangleSide> nearest, std::span<TriangleSide> behind) const {
     const std::array<DrawnSide, 2>& sides = surfaces_.sides;
     const auto surface = [&](std::size_t side, std::size_t i) {
-      return static_cast<SeenSurface>(2 * sides[side].list[sides[side].seen.triangles[i]] + side);
+      return static_cast<TriangleSide>(2 * sides[side].triangle_list[sides[side].visible.triangles[i]] +
+                                       side);
     };
     for (std::size_t x = 0; x < nearest.size(); ++x) {
       const std::size_t i = row + x;
-      const float front = sides[0].seen.depth[i];
-      const float back = sides[1].seen.depth[i];
-      nearest[x] = behind[x] = no_surface;
+      const float front = sides[0].visible.depth[i];
+      const float back = sides[1].visible.depth[i];
+      nearest[x] = behind[x] = no_triangle_side;
       if (!(front < 1 || back < 1)) continue;
       const std::size_t side = back < front ? 1 : 0;
       nearest[x] = surface(side, i);
-      const int in_front = front < 1 ? sides[0].seen.counts[i] : 0;
-      const int in_back = back < 1 ? sides[1].seen.counts[i] : 0;
+      const int in_front = front < 1 ? sides[0].visible.counts[i] : 0;
+      const int in_back = back < 1 ? sides[1].visible.counts[i] : 0;
       if (in_front > 1 || in_back > 1)
-        behind[x] = deep_surface;
+        behind[x] = deep_triangle_side;
       else if (in_front + in_back > 1)
         behind[x] = surface(1 - side, i);
     }
@@ -320,16 +321,17 @@ class RowShader {
 }  // namespace
 
 LayerCount& LayerCount::operator+=(const LayerCount& b) {
-  covered += b.covered;
-  evaluated += b.evaluated;
-  cloth += b.cloth;
+  covered_pixels += b.covered_pixels;
+  evaluated_pixels += b.evaluated_pixels;
+  cloth_pixels += b.cloth_pixels;
   layers = std::max(layers, b.layers);
   return *this;
 }
 
 void BandSurfaces::set_up(const FrameScene& scene, int first_row, int rows) {
   for (std::size_t side = 0; side < 2; ++side)
-    raster[side].begin(scene.prepared.mesh, scene.projected, sides[side].list, side == 1, first_row, rows);
+    raster[side].begin(scene.prepared.mesh, scene.projected, sides[side].triangle_list, side == 1, first_row,
+                       rows);
 }
 
 LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& surfaces, int layers,
@@ -343,12 +345,12 @@ LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& su
     rows[task] = std::make_unique<RowShader>(scene, cells, surfaces, layers, pixels, task);
     rows[task]->see_nearest();
   });
-  if (scene.view.options.ends()) return {};
+  if (scene.view.options.is_interrupted()) return {};
   cells.render();
   parallel_for(0, tasks, [&](int task) { rows[task]->shade_nearest(); });
-  if (scene.view.options.ends()) return {};
+  if (scene.view.options.is_interrupted()) return {};
   const bool casts = !surfaces.has_pbr();
-  if (casts && !surfaces.cast &&
+  if (casts && !surfaces.is_cpu_raster &&
       std::any_of(rows.begin(), rows.end(), [](const auto& part) { return !part->deep().empty(); }))
     surfaces.set_up(scene, pixels.first_row, pixels.rows);
   parallel_for(0, tasks, [&](int task) { rows[task]->see_behind(); });
@@ -361,7 +363,7 @@ LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& su
     if (casts) continue;
     for (const std::uint32_t pixel : part->deep()) {
       const std::array<DrawnSide, 2>& sides = surfaces.sides;
-      deep_pixels.push_back({pixel, {sides[0].seen.counts[pixel], sides[1].seen.counts[pixel]}});
+      deep_pixels.push_back({pixel, {sides[0].visible.counts[pixel], sides[1].visible.counts[pixel]}});
     }
   }
   deep.add(deep_pixels);
@@ -381,20 +383,20 @@ LayerCount shade_deep(const FrameScene& scene, CellPass& cells, DeepPixels& deep
   }
   cells.render(true);
   parallel_for(0, static_cast<int>(tasks), [&](int task) {
-    if (scene.view.options.ends()) return;
+    if (scene.view.options.is_interrupted()) return;
     const std::size_t first = task * deep_pixels_per_task;
     Painter painter(scene, pixels);
     paint_layers(painter, layered, first, std::min(first + deep_pixels_per_task, count), layers, pixels,
                  counts[task]);
-    counts[task].evaluated = painter.count();
-    counts[task].cloth = painter.cloth();
+    counts[task].evaluated_pixels = painter.count();
+    counts[task].cloth_pixels = painter.cloth();
   });
   LayerCount sum;
   for (const LayerCount& part : counts) sum += part;
   return sum;
 }
 
-V4f shade_surface(const FrameScene& scene, SeenSurface seen, const V2i& pixel, const PbrPixel& pbr) {
+V4f shade_surface(const FrameScene& scene, TriangleSide seen, const V2i& pixel, const PbrPixel& pbr) {
   V4f light(0, 0, 0, 0);
   const BandPixels one{pixel.y, pixel.x + 1, 1, &light - pixel.x, 0};
   Painter painter(scene, one);

@@ -16,10 +16,10 @@ inline constexpr int max_layers = 64;
 
 /// Statistics of a band.
 struct LayerCount {
-  std::int64_t covered = 0;    ///< pixels that are not empty
-  std::int64_t evaluated = 0;  ///< over all layers
-  std::int64_t cloth = 0;      ///< of these, with fabric that is not clear
-  int layers = 0;              ///< largest number in one pixel
+  std::int64_t covered_pixels = 0;    ///< pixels that are not empty
+  std::int64_t evaluated_pixels = 0;  ///< over all layers
+  std::int64_t cloth_pixels = 0;      ///< of these, with fabric that is not clear
+  int layers = 0;                     ///< largest number in one pixel
   LayerCount& operator+=(const LayerCount& b);
 };
 
@@ -28,11 +28,11 @@ struct BandSurfaces {
   std::array<DrawnSide, 2>
       sides;                     ///< front and back, as OpenGL has drawn them; of a cast band only the lists
   std::array<Raster, 2> raster;  ///< of a cast band, and of another one with deep pixels
-  bool cast = false;
-  /// At y * width + x, no_surface: none. Memory of shade_band().
-  std::vector<SeenSurface> nearest, behind;
-  bool has_pbr() const { return !sides[0].seen.colours.empty(); }
-  PbrPixel pbr_at(SeenSurface surface, std::size_t i) const { return sides[surface % 2].pbr_at(i); }
+  bool is_cpu_raster = false;
+  /// At y * width + x, no_triangle_side: none. Memory of shade_band().
+  std::vector<TriangleSide> nearest, behind;
+  bool has_pbr() const { return !sides[0].visible.colours.empty(); }
+  PbrPixel pbr_at(TriangleSide surface, std::size_t i) const { return sides[surface % 2].pbr_at(i); }
   /// Sets up `raster` from the lists.
   void set_up(const FrameScene& scene, int first_row, int rows);
 };
@@ -48,6 +48,6 @@ LayerCount shade_deep(const FrameScene& scene, CellPass& cells, DeepPixels& deep
                       const BandPixels& pixels);
 
 /// Light of one surface at a pixel, counted from the lower left. Its cell image has been made.
-V4f shade_surface(const FrameScene& scene, SeenSurface seen, const V2i& pixel, const PbrPixel& pbr);
+V4f shade_surface(const FrameScene& scene, TriangleSide seen, const V2i& pixel, const PbrPixel& pbr);
 
 }  // namespace selvedge

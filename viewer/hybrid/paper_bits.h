@@ -8,14 +8,14 @@ namespace selvedge {
 
 /// The texels of a pixel on the published path: one of `finer`, and below its middle one of the next level.
 struct PaperTexels {
-  int finer = 0;      ///< level
-  float coarser = 0;  ///< weight of the next level
-  V2f uv{0, 0};       ///< the middle of the finer level's texel
+  int finer_level = 0;       ///< level
+  float coarser_weight = 0;  ///< weight of the next level
+  V2f uv{0, 0};              ///< the middle of the finer level's texel
 };
 /// Levels are 0, 0.1, 0.2 and so on in blue.
 PaperTexels paper_texels(const Fabric& fabric, const GarmentPoint& point, int forced);
 /// A direction of which each component is coded in 8 bits as (n + 1) / 2; its error is at most 1/255.
-V3f rounded_to_paper(const V3f& direction);
+V3f round_to_paper_bits(const V3f& direction);
 
 /// Radiance and opacity of a fabric. Yarn shows as texels of level 0.
 V4f shade_by_paper(const FrameScene& scene, const GarmentPoint& point);

@@ -6,13 +6,13 @@
 #include "format/fabric/evaluate.h"
 
 namespace selvedge {
-std::optional<SeenSurface> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i) {
-  const std::size_t side = sides[1].seen.depth[i] < sides[0].seen.depth[i] ? 1 : 0;
-  if (!(sides[side].seen.depth[i] < 1)) return std::nullopt;
-  return static_cast<SeenSurface>(2 * sides[side].list[sides[side].seen.triangles[i]] + side);
+std::optional<TriangleSide> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i) {
+  const std::size_t side = sides[1].visible.depth[i] < sides[0].visible.depth[i] ? 1 : 0;
+  if (!(sides[side].visible.depth[i] < 1)) return std::nullopt;
+  return static_cast<TriangleSide>(2 * sides[side].triangle_list[sides[side].visible.triangles[i]] + side);
 }
 
-PixelProbe probe_pixel(const FrameScene& scene, SeenSurface seen, const V2i& pixel, const PbrPixel& pbr) {
+PixelProbe probe_pixel(const FrameScene& scene, TriangleSide seen, const V2i& pixel, const PbrPixel& pbr) {
   const GarmentPoint point = garment_point(scene, seen, pixel.x, pixel.y);
   PixelProbe probe;
   probe.pixel = V2i(pixel.x, scene.projected.height - 1 - pixel.y);
@@ -24,26 +24,25 @@ PixelProbe probe_pixel(const FrameScene& scene, SeenSurface seen, const V2i& pix
   bool through = false;
   if (probe.fabric >= 0) {
     const Fabric& fabric = scene.prepared.fabrics[probe.fabric].seen_from(point.back);
-    through = fabric.side_of(Side::through) != nullptr;
+    through = fabric.find_side(Side::through) != nullptr;
     probe.uv = V2d(point.uv);
-    const V2f repeats(std::hypot(point.uv_right.x, point.uv_up.x),
-                      std::hypot(point.uv_right.y, point.uv_up.y));
+    const V2f repeats(std::hypot(point.duv_dx.x, point.duv_dy.x), std::hypot(point.duv_dx.y, point.duv_dy.y));
     probe.texels_per_pixel = V2d(repeats) * V2d(fabric.texels());
-    const CellLevels levels = shown_levels(fabric, repeats, scene.view.options.levels.forced);
+    const CellLevels levels = shown_levels(fabric, repeats, scene.view.options.levels.forced_level);
     const auto add = [&](int level, float weight) {
       if (!(weight > 0)) return;
       const FabricLevel& stored = fabric.levels[std::max(level, 0)];
       probe.texels.push_back(
           {level, {wrap_texel(probe.uv.x, stored.width), wrap_texel(probe.uv.y, stored.height)}, weight});
     };
-    add(-1, levels.yarn);
-    add(levels.finer, (1 - levels.yarn) * (1 - levels.coarser));
-    add(levels.finer + 1, (1 - levels.yarn) * levels.coarser);
+    add(-1, levels.yarn_weight);
+    add(levels.finer_level, (1 - levels.yarn_weight) * (1 - levels.coarser_weight));
+    add(levels.finer_level + 1, (1 - levels.yarn_weight) * levels.coarser_weight);
   }
   const GarmentFrame frame = garment_frame(scene, point);
-  probe.view = frame.into(point.to_viewer);
+  probe.to_viewer = frame.to_frame(point.to_viewer);
   for (const ArrivingLight& light : lights_at(scene, point, frame, through))
-    probe.lights.push_back(light.direction);
+    probe.to_lights.push_back(light.direction);
   const V4f light = shade_surface(scene, seen, pixel, pbr);
   probe.alpha = light.w;
   if (probe.alpha > 0) probe.radiance = V3f(light.x, light.y, light.z) / probe.alpha;

@@ -28,16 +28,16 @@ struct PixelProbe {
   V2d uv{0, 0};                ///< in [0, 1], without whole repeats
   V2d texels_per_pixel{0, 0};  ///< of the whole fabric's level 0, along u and v
   std::vector<ProbedTexel> texels;
-  V3f view{0, 0, 1};        ///< unit, towards the viewer
-  std::vector<V3f> lights;  ///< unit, towards each light
-  V3f radiance{0, 0, 0};    ///< not multiplied by alpha
+  V3f to_viewer{0, 0, 1};      ///< unit, towards the viewer
+  std::vector<V3f> to_lights;  ///< unit, towards each light
+  V3f radiance{0, 0, 0};       ///< not multiplied by alpha
   float alpha = 0;
 };
 
 /// The nearest surface at pixel `i` of a band, from the first round; nothing if the pixel is empty.
-std::optional<SeenSurface> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i);
+std::optional<TriangleSide> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i);
 
 /// `pixel`: from the lower left. Its cell image has been made.
-PixelProbe probe_pixel(const FrameScene& scene, SeenSurface seen, const V2i& pixel, const PbrPixel& pbr);
+PixelProbe probe_pixel(const FrameScene& scene, TriangleSide seen, const V2i& pixel, const PbrPixel& pbr);
 
 }  // namespace selvedge

@@ -29,9 +29,9 @@ V3f mirrored_view(const V3f& normal, const V3f& view, float roughness) {
 }
 
 /// An environment is its mean and its mirror image; its lamps, which the mirror image has, add to the mean
-/// alone. An occlusion texture and what the vertices do not see tell of the same mesh: the darker one counts,
-/// towards the normal for the mean, towards the mirrored view for the mirror image. Lamps whose shadows are
-/// drawn have no other.
+/// alone. An occlusion texture and what the vertices do not see describe the same mesh: the darker one
+/// counts, towards the normal for the mean, towards the mirrored view for the mirror image. Lamps whose
+/// shadows are drawn have no other.
 V3f shade_pbr(const FrameScene& scene, const GarmentPoint& point, const PbrPixel& pixel) {
   const PbrValues values = pbr_values(pixel);
   const V3f base(pixel.colour.x, pixel.colour.y, pixel.colour.z);
@@ -41,12 +41,12 @@ V3f shade_pbr(const FrameScene& scene, const GarmentPoint& point, const PbrPixel
   const V3f normal =
       V3f(values.slope.x * side, values.slope.y * side, std::sqrt(std::max(1 - values.slope.length2(), 0.0F)))
           .normalized();
-  const V3f view = frame.into(point.to_viewer);
+  const V3f view = frame.to_frame(point.to_viewer);
   const PbrPoint material{base, values.metallic, values.roughness};
   V3f sum = values.emission;
   V3f mean(0, 0, 0);
   for (const ArrivingLight& light : lights_at(scene, point, frame, false)) {
-    if (!light.of_environment) {
+    if (!light.is_environment_part) {
       sum += pbr_brdf(material, normal, view, light.direction) * light.irradiance;
       continue;
     }
@@ -55,25 +55,25 @@ V3f shade_pbr(const FrameScene& scene, const GarmentPoint& point, const PbrPixel
   }
   const float nv = std::abs(normal.dot(view));
   V3f mirrored(0, 0, 0);
-  if (scene.view.options.around) {
-    const SmoothLight around = around_at(scene, point);
-    const V3f up = frame.in_world(normal);
-    const V3f towards = frame.in_world(mirrored_view(normal, view, values.roughness));
+  if (scene.view.options.smooth_light) {
+    const SmoothLight around = smooth_light_at(scene, point);
+    const V3f up = frame.to_world(normal);
+    const V3f towards = frame.to_world(mirrored_view(normal, view, values.roughness));
     mean += mean_radiance(around, up) *
-            std::min(1.0F, values.occlusion / std::max(visibility_around(scene, around, up), 1e-3F));
-    mirrored = V3f(scene.view.options.ambient * std::numbers::inv_pi_v<float>);
+            std::min(1.0F, values.occlusion / std::max(smooth_light_visibility(scene, around, up), 1e-3F));
+    mirrored = V3f(scene.view.options.mirrored_ambient * std::numbers::inv_pi_v<float>);
     if (scene.view.reflections)
       mirrored += scene.view.reflections->at(V3d(towards).normalized(), values.roughness);
-    mirrored *= std::min(visibility_around(scene, around, towards),
+    mirrored *= std::min(smooth_light_visibility(scene, around, towards),
                          mirrored_occlusion(nv, values.occlusion, values.roughness));
   }
-  const V2f fraction = reflected_fraction(values.roughness, nv);
-  return sum + pbr_around(material, fraction.x, fraction.y, mean, mirrored);
+  const V2f fraction = environment_brdf(values.roughness, nv);
+  return sum + pbr_environment(material, fraction.x, fraction.y, mean, mirrored);
 }
 
 }  // namespace
 
-V4f shade_pixel(const FrameScene& scene, SeenSurface seen, int x, int y, const PbrPixel& pixel) {
+V4f shade_pixel(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel) {
   const GarmentPoint point = garment_point(scene, seen, x, y);
   const SurfaceMaterial& material = scene.prepared.materials.surfaces[point.surface];
   if (material.fabric < 0)
@@ -83,30 +83,31 @@ V4f shade_pixel(const FrameScene& scene, SeenSurface seen, int x, int y, const P
   return change_cell(scene, seen, x, y, pixel, times_opacity(V3f(shaded.x, shaded.y, shaded.z), alpha));
 }
 
-V4f change_cell(const FrameScene& scene, SeenSurface seen, int x, int y, const PbrPixel& pixel,
+V4f change_cell(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel,
                 const V4f& cell) {
   const MergedTriangle& triangle = scene.prepared.mesh.triangles[seen / 2];
   const SurfaceMaterial& material = scene.prepared.materials.surfaces[triangle.surface];
   const PbrValues values = pbr_values(pixel);
   V3f light(cell.x, cell.y, cell.z);
-  const bool occluded = material.occluded && values.occlusion < 1;
-  if (!scene.paper && (material.bends || occluded || scene.cells.is_uneven(seen))) {
+  const bool occluded = material.has_occlusion_texture && values.occlusion < 1;
+  if (!scene.is_paper && (material.has_normal_texture || occluded || scene.cells.has_uneven_light(seen))) {
     const GarmentPoint point = garment_point(scene, seen, x, y);
-    const GarmentFrame bent = garment_frame(scene, point, material.bends ? values.slope : V2f(0, 0));
+    const GarmentFrame bent =
+        garment_frame(scene, point, material.has_normal_texture ? values.slope : V2f(0, 0));
     SmoothLight around;
     float left = 1;
-    if (scene.view.options.around) {
-      around = around_at(scene, point);
+    if (scene.view.options.smooth_light) {
+      around = smooth_light_at(scene, point);
       if (occluded)
-        left =
-            std::min(1.0F, values.occlusion / std::max(visibility_around(scene, around, bent.normal), 1e-3F));
+        left = std::min(
+            1.0F, values.occlusion / std::max(smooth_light_visibility(scene, around, bent.normal), 1e-3F));
     }
-    for (V3f& factor : around.factors) factor *= left;
+    for (V3f& factor : around.coefficients) factor *= left;
     const float of_lamps = occluded && scene.shadows.empty() ? values.occlusion : 1.0F;
-    light *= scene.cells.brighter(seen, x, y, bent.normal, point.position,
-                                  scene.view.options.around ? &around : nullptr, of_lamps);
+    light *= scene.cells.brightness_gain(seen, x, y, bent.normal, point.position,
+                                         scene.view.options.smooth_light ? &around : nullptr, of_lamps);
   }
-  if (material.tinted) light *= V3f(pixel.colour.x, pixel.colour.y, pixel.colour.z);
+  if (material.is_tinted) light *= V3f(pixel.colour.x, pixel.colour.y, pixel.colour.z);
   const std::vector<PbrMaterial>& pbr = scene.prepared.materials.pbr;
   if (triangle.surface < pbr.size() && pbr[triangle.surface].emissive != V3f(0, 0, 0))
     light += values.emission * cell.w;

@@ -7,11 +7,11 @@
 namespace selvedge {
 
 /// Radiance times opacity, and opacity, of a pixel without cell images.
-V4f shade_pixel(const FrameScene& scene, SeenSurface seen, int x, int y, const PbrPixel& pixel);
+V4f shade_pixel(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel);
 
 /// The same of a pixel with a cell image, as its material changes it: tint, bent normals, occlusion,
 /// emission.
-V4f change_cell(const FrameScene& scene, SeenSurface seen, int x, int y, const PbrPixel& pixel,
+V4f change_cell(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel,
                 const V4f& cell);
 
 }  // namespace selvedge

@@ -44,7 +44,7 @@ void VisibilityPass::resize(const FrameBands& bands) {
   bands_ = bands;
 }
 
-void VisibilityPass::place(const ProjectedVertices& projected) {
+void VisibilityPass::set_vertices(const ProjectedVertices& projected) {
   gl_.NamedBufferSubData(clip_, 0, static_cast<GLsizeiptr>(projected.clip.size() * sizeof(V4f)),
                          projected.clip.data());
 }
@@ -57,7 +57,7 @@ void VisibilityPass::draw(int side, int round, int first_row, std::span<const st
     target = pbr_.make_target(target_objects_, bands_.width, bands_.rows);
     check_errors(gl_, "frame buffer");
   }
-  // Only the depth tells whether a pixel is empty, so colours are not cleared.
+  // Only the depth shows whether a pixel is empty, so colours are not cleared.
   gl_.ClearNamedFramebufferfi(target.framebuffer, GL_DEPTH_STENCIL, 0, 1, 0);
   if (triangles.empty()) return;
 

@@ -38,7 +38,7 @@ class VisibilityPass {
   void resize(const FrameBands& bands);
 
   /// Sets the vertex positions of the following draws.
-  void place(const ProjectedVertices& projected);
+  void set_vertices(const ProjectedVertices& projected);
 
   /// Draws one side (0: front, 1: back) of the band that begins at `first_row` of the frame, counted from its
   /// bottom. Round 0 shows the nearest of the listed triangles, round n those behind round n - 1 of the same

@@ -14,7 +14,7 @@
 namespace selvedge {
 namespace {
 
-constexpr int side = Floor::side;
+constexpr int side = Floor::grid_size;
 constexpr double around = 2;  ///< width of the grid, in widths of the scene
 constexpr double sky = 0.6;   ///< fraction of an even sky in the light
 
@@ -47,7 +47,7 @@ std::vector<float> lower_side(const MergedSurfaces& mesh, const Floor& floor) {
 
 }  // namespace
 
-float Floor::at(double x, double z) const {
+float Floor::hidden_fraction_at(double x, double z) const {
   const double cells = side / width;
   const double u = (x - centre.x) * cells + side / 2.0 - 0.5;
   const double v = (z - centre.y) * cells + side / 2.0 - 0.5;
@@ -55,7 +55,7 @@ float Floor::at(double x, double z) const {
   const int i = static_cast<int>(u);
   const int j = static_cast<int>(v);
   const auto s = static_cast<float>(u - i);
-  const float* row = &hidden[j * side + i];
+  const float* row = &hidden_fraction[j * side + i];
   const float near = row[0] + (row[1] - row[0]) * s;
   const float far = row[side] + (row[side + 1] - row[side]) * s;
   return near + (far - near) * static_cast<float>(v - j);
@@ -69,7 +69,7 @@ Floor floor_under(const MergedSurfaces& mesh) {
   floor.height = box.min.y;
   floor.centre = {box.center().x, box.center().z};
   floor.width = std::max(around * static_cast<double>(std::max(box.size().x, box.size().z)), 1e-9);
-  floor.hidden.resize(side * side);
+  floor.hidden_fraction.resize(side * side);
   const std::vector<float> heights = lower_side(mesh, floor);
   parallel_for(0, side, [&](int z) {
     std::array<float, side> sums{};
@@ -86,8 +86,8 @@ Floor floor_under(const MergedSurfaces& mesh) {
     }
     for (int x = 0; x < side; ++x) {
       const double off = std::max(std::abs(2 * x + 1 - side), std::abs(2 * z + 1 - side)) / (side - 1.0);
-      floor.hidden[z * side + x] = static_cast<float>(sky * std::min(sums[x] / std::numbers::pi, 1.0) *
-                                                      std::clamp(4 * (1 - off), 0.0, 1.0));
+      floor.hidden_fraction[z * side + x] = static_cast<float>(
+          sky * std::min(sums[x] / std::numbers::pi, 1.0) * std::clamp(4 * (1 - off), 0.0, 1.0));
     }
   });
   return floor;
@@ -104,14 +104,15 @@ void add_floor(const Floor& floor, const Camera& camera, const V3d& origin, Fram
       const double up = 0.5 * frame.height - y - 0.5;
       V3d from = camera.position - origin;
       if (parallel) {
-        from += camera.right * (camera.window_centre.x + 2 * camera.window_half.x * right / frame.width) +
-                camera.up * (camera.window_centre.y + 2 * camera.window_half.y * up / frame.height);
+        from +=
+            camera.right * (camera.window_centre.x + 2 * camera.window_half_size.x * right / frame.width) +
+            camera.up * (camera.window_centre.y + 2 * camera.window_half_size.y * up / frame.height);
       }
-      const V3d away = -(V3d(rays.base) + V3d(rays.right) * right + V3d(rays.up) * up);
+      const V3d away = -(V3d(rays.base) + V3d(rays.step_right) * right + V3d(rays.step_up) * up);
       const double drop = from.y - floor.height;
       if (!(away.y < 0) || !(parallel || drop > 0)) continue;
       const V3d place = from + away * (drop / -away.y);
-      pixel.w += (1 - pixel.w) * floor.at(place.x, place.z);
+      pixel.w += (1 - pixel.w) * floor.hidden_fraction_at(place.x, place.z);
     }
   });
 }

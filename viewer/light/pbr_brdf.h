@@ -12,7 +12,7 @@ namespace selvedge {
 
 /// Material at one point, factors and textures multiplied; all in [0, 1].
 struct PbrPoint {
-  V3f base{1, 1, 1};  ///< colour, linear
+  V3f base_color{1, 1, 1};  ///< colour, linear
   float metallic = 0;
   float roughness = 1;  ///< glTF's: the square root of the distribution's alpha
 };
@@ -24,10 +24,10 @@ inline constexpr float dielectric_f0 = 0.04F;
 
 /// mix(at 0, at 1, metallic).
 inline V3f pbr_f0(const PbrPoint& m) {
-  return V3f(dielectric_f0) + (m.base - V3f(dielectric_f0)) * m.metallic;
+  return V3f(dielectric_f0) + (m.base_color - V3f(dielectric_f0)) * m.metallic;
 }
 /// (1 - x)^5 for x in [0, 1]; 0 beyond.
-inline float fifth_power_below(float x) {
+inline float schlick_fifth_power(float x) {
   const float rest = std::max(1 - x, 0.0F);
   return rest * rest * (rest * rest) * rest;
 }
@@ -48,10 +48,10 @@ inline V3f pbr_brdf(const PbrPoint& m, const V3f& n, const V3f& v, const V3f& l)
   const float d = nh > 0 ? a2 / (std::numbers::pi_v<float> * spread * spread) : 0;
   const float visibility =
       1 / ((nl + std::sqrt(a2 + (1 - a2) * nl * nl)) * (nv + std::sqrt(a2 + (1 - a2) * nv * nv)));
-  const float schlick = fifth_power_below(v.dot(h));
+  const float schlick = schlick_fifth_power(v.dot(h));
   // Light reflected at the surface of a mixed material's dielectric fraction does not reach its base.
   const float below = 1 - (dielectric_f0 + (1 - dielectric_f0) * schlick);
-  const V3f diffuse = m.base * (below * (1 - m.metallic) * std::numbers::inv_pi_v<float>);
+  const V3f diffuse = m.base_color * (below * (1 - m.metallic) * std::numbers::inv_pi_v<float>);
   const V3f f0 = pbr_f0(m);
   return (diffuse + (f0 + (V3f(1) - f0) * schlick) * (visibility * d)) * nl;
 }
@@ -60,7 +60,7 @@ inline V3f pbr_brdf(const PbrPoint& m, const V3f& n, const V3f& v, const V3f& l)
 /// what the lobe gathers, and of even light its specular part reflects f0 * scale + bias (reflections.h).
 /// Multiple scattering between facets is added as Fdez-Aguera 2019 does: a white metal in even light cannot
 /// be seen.
-inline V3f pbr_around(const PbrPoint& m, float scale, float bias, const V3f& mean, const V3f& mirrored) {
+inline V3f pbr_environment(const PbrPoint& m, float scale, float bias, const V3f& mean, const V3f& mirrored) {
   const float lost = 1 - scale - bias;
   const auto once = [&](float f0) { return f0 * scale + bias; };
   const auto more = [&](float f0) {
@@ -72,8 +72,8 @@ inline V3f pbr_around(const PbrPoint& m, float scale, float bias, const V3f& mea
   const V3f f0 = pbr_f0(m);
   V3f sum;
   for (int c = 0; c < 3; ++c) {
-    const float again = more_of_dielectric + (more(m.base[c]) - more_of_dielectric) * m.metallic;
-    sum[c] = (diffuse * m.base[c] + again) * mean[c] + once(f0[c]) * mirrored[c];
+    const float again = more_of_dielectric + (more(m.base_color[c]) - more_of_dielectric) * m.metallic;
+    sum[c] = (diffuse * m.base_color[c] + again) * mean[c] + once(f0[c]) * mirrored[c];
   }
   return sum;
 }

@@ -11,7 +11,7 @@ namespace {
 enum PbrUniform : GLint {
   is_pbr = 20,
   base_color,
-  opaque_from,
+  min_opacity,
   keeps_opacity,
   textures,
   factors,
@@ -42,12 +42,12 @@ PbrInputs::PbrInputs(const GlFunctions& gl, const MergedSurfaces& mesh, const Ma
       }
     }
   }
-  more_uvs_ = mesh.more_uvs.size();
+  more_uvs_ = mesh.extra_uvs.size();
   const std::size_t vertices = mesh.positions.size();
   if (more_uvs_ > 0) {
     std::vector<V2f> uvs(vertices * more_uvs_);
     for (std::size_t v = 0; v < vertices; ++v)
-      for (std::size_t k = 0; k < more_uvs_; ++k) uvs[v * more_uvs_ + k] = mesh.more_uvs[k][v];
+      for (std::size_t k = 0; k < more_uvs_; ++k) uvs[v * more_uvs_ + k] = mesh.extra_uvs[k][v];
     uvs_ = objects_.buffer(uvs);
   }
   if (!mesh.colors.empty()) vertex_colours_ = objects_.buffer(mesh.colors);
@@ -99,9 +99,9 @@ void PbrInputs::use(std::size_t surface) const {
   }
   mappings |= pbr.normal_frame << (4 * all.size());
   gl_.Uniform1i(is_pbr, material.fabric < 0 ? 1 : 0);
-  gl_.Uniform4f(base_color, material.base_color.x, material.base_color.y, material.base_color.z,
-                material.base_color.w);
-  gl_.Uniform1f(opaque_from, material.opaque_from);
+  gl_.Uniform4f(base_color, material.base_color_factor.x, material.base_color_factor.y,
+                material.base_color_factor.z, material.base_color_factor.w);
+  gl_.Uniform1f(min_opacity, material.min_opacity);
   gl_.Uniform1i(keeps_opacity, material.keeps_opacity ? 1 : 0);
   gl_.Uniform1i(textures, mappings);
   gl_.Uniform4f(factors, pbr.metallic, pbr.roughness, pbr.normal_scale, pbr.occlusion_strength);

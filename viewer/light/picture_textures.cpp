@@ -36,9 +36,11 @@ class StepBound {
  public:
   /// `camera` must outlive the object.
   StepBound(const Camera& camera, int height)
-      : camera_(camera), clip_(clip_matrix(camera, V3d(0, 0, 0))), pixel_(2 * camera.window_half.y / height) {
-    const V2d farthest(std::abs(camera.window_centre.x) + camera.window_half.x,
-                       std::abs(camera.window_centre.y) + camera.window_half.y);
+      : camera_(camera),
+        clip_(clip_matrix(camera, V3d(0, 0, 0))),
+        pixel_(2 * camera.window_half_size.y / height) {
+    const V2d farthest(std::abs(camera.window_centre.x) + camera.window_half_size.x,
+                       std::abs(camera.window_centre.y) + camera.window_half_size.y);
     max_slope2_ = farthest.length2();
   }
 
@@ -70,13 +72,13 @@ class StepBound {
       outside[2] += row(1) < -w ? 1 : 0;
       outside[3] += row(1) > w ? 1 : 0;
       const V3d away = camera_.position - corner;
-      const double depth = away.dot(camera_.back());
+      const double depth = away.dot(camera_.image_normal());
       nearest = std::min(nearest, depth);
       slope2 = std::max(slope2, away.length2() / (depth * depth) - 1);
     }
     if (std::ranges::any_of(outside, [](int n) { return n == 3; })) return HUGE_VAL;
     if (camera_.projection == Projection::parallel)
-      return pixel_ * std::abs(camera_.to_viewer.normalized().dot(camera_.back()));
+      return pixel_ * std::abs(camera_.to_viewer.normalized().dot(camera_.image_normal()));
     // The footprint is the projection of the pixel's disc along the ray: never smaller than the disc.
     if (!(nearest > 0) || !(slope2 < max_slope2_)) slope2 = max_slope2_;
     return pixel_ * std::max(nearest, camera_.near) / std::sqrt(1 + slope2);
@@ -111,7 +113,7 @@ std::vector<Mapped> mapped_pictures(const PbrMaterial& pbr, const std::vector<Ma
 
 }  // namespace
 
-std::vector<int> halvings_shown(const MergedSurfaces& mesh, const Materials& materials, const V3d& origin,
+std::vector<int> shown_halvings(const MergedSurfaces& mesh, const Materials& materials, const V3d& origin,
                                 const Camera& camera, int height) {
   std::vector<int> halvings(materials.pictures.size(), not_shown);
   if (halvings.empty() || !materials.needs_pbr()) return halvings;
@@ -159,7 +161,7 @@ bool PictureTextures::fits(const Levels& levels, const std::vector<MaterialPictu
     }
   }
   MemoryAccount account(memory_);
-  return take_textures(account, sum, largest, encoded);
+  return try_reserve_textures(account, sum, largest, encoded);
 }
 
 void PictureTextures::make(const std::vector<int>& halvings, std::vector<MaterialPicture>& pictures,
@@ -181,7 +183,7 @@ void PictureTextures::make(const std::vector<int>& halvings, std::vector<Materia
   }
   if (!fits(kept, pictures)) kept = needed;
   if (!fits(kept, pictures))
-    throw Failure{beyond_memory(file, "", "the pictures that the frame shows", memory_)};
+    throw Failure{memory_limit_error(file, "", "the pictures that the frame shows", memory_)};
   // All that go before the first that comes.
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     std::erase_if(made_[i], [&](const auto& made) {

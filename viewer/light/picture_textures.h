@@ -18,7 +18,7 @@ namespace selvedge {
 /// it: the level of its texture that is the finest one in the frame, or not_shown. `origin`: world, m, of the
 /// mesh. Surfaces behind others, and backs, count as seen.
 inline constexpr int not_shown = 64;
-std::vector<int> halvings_shown(const MergedSurfaces& mesh, const Materials& materials, const V3d& origin,
+std::vector<int> shown_halvings(const MergedSurfaces& mesh, const Materials& materials, const V3d& origin,
                                 const Camera& camera, int height);
 
 class PictureTextures {
@@ -30,17 +30,17 @@ class PictureTextures {
   PictureTextures& operator=(PictureTextures&&) = delete;
 
   /// Leaves bytes of the memory to others; false if there are fewer.
-  bool leave(std::uint64_t bytes) {
+  bool reserve_bytes(std::uint64_t bytes) {
     if (bytes > memory_) return false;
     memory_ -= bytes;
     return true;
   }
 
-  /// Makes the textures of `pictures`, each halved so many times, and sets MaterialPicture::texture: always
-  /// the same texture for the same number, so that frames do not depend on earlier ones. Textures of earlier
-  /// frames are kept while there is room, and two finer ones of a large picture are made with its first, for
-  /// frames with two and four times the rays. A picture that cannot be decoded has no texture, and once a
-  /// line in `remarks`. Throws FILE_TOO_LARGE of `file` if the frame's take more than the memory.
+  /// Makes the textures of `pictures`, halved `halvings` times each, and sets MaterialPicture::texture:
+  /// always the same texture for the same number, so that frames do not depend on earlier ones. Textures of
+  /// earlier frames are kept while there is room, and two finer ones of a large picture are made with its
+  /// first, for frames with two and four times the rays. A picture that cannot be decoded has no texture, and
+  /// once a line in `remarks`. Throws FILE_TOO_LARGE of `file` if the frame's take more than the memory.
   void make(const std::vector<int>& halvings, std::vector<MaterialPicture>& pictures, const std::string& file,
             std::vector<std::string>& remarks);
   /// Pictures that were decoded so far, each time counted.

@@ -17,8 +17,8 @@ constexpr int rough_levels = 8;
 constexpr int mirror_width = 2048;
 constexpr int min_width = 64;
 constexpr int max_width = 512;
-/// The part of a lobe within so many alphas of its middle is summed over pixels as small as the level's,
-/// parts so many times as far out over pixels so many times as large.
+/// The part of a lobe within this number of alphas of its middle is summed over pixels as small as the
+/// level's, parts farther out by this factor over pixels larger by the same factor.
 constexpr double near_part = 12;
 constexpr int part_ratio = 4;
 constexpr int min_part_width = 8;
@@ -81,7 +81,7 @@ Environment blurred(const Environment& picture, double roughness) {
   const Lobe lobe{std::min(alpha * alpha, 0.999)};
   // A lobe is six pixels wide where it has half its height, at the least three.
   const auto wanted = std::bit_ceil(static_cast<unsigned>(std::lround(1 + 15 / alpha)));
-  const Environment source = reduced(picture, std::clamp(static_cast<int>(wanted), min_width, max_width));
+  const Environment source = downsample(picture, std::clamp(static_cast<int>(wanted), min_width, max_width));
   Environment result{source.width, source.height, std::vector<V3f>(source.radiance.size(), V3f(0)), {}};
   int width = source.width;
   double inner = 2;
@@ -89,11 +89,11 @@ Environment blurred(const Environment& picture, double roughness) {
     const double outer = angle < pi / 2 ? std::cos(angle) : 0;
     const auto fraction = static_cast<float>((lobe.sum_to(std::min(inner, 1.0)) - lobe.sum_to(outer)) /
                                              (lobe.sum_to(1) - lobe.sum_to(0)));
-    const Environment part = means(reduced(source, width), lobe, inner, outer);
+    const Environment part = means(downsample(source, width), lobe, inner, outer);
     for (int y = 0; y < result.height; ++y) {
       for (int x = 0; x < result.width; ++x)
         result.radiance[static_cast<std::size_t>(y) * result.width + x] +=
-            part.at(result.direction(x, y)) * fraction;
+            part.radiance_at(result.direction(x, y)) * fraction;
     }
     inner = outer;
     width = std::max(width / part_ratio, min_part_width);
@@ -101,18 +101,18 @@ Environment blurred(const Environment& picture, double roughness) {
   return result;
 }
 
-ReflectedFractions make_fractions() {
+EnvironmentBrdfTable make_fractions() {
   constexpr int samples = 24;  // along either side of a square
-  ReflectedFractions fractions;
-  for (int i = 0; i < fraction_side; ++i) {
-    const double roughness = static_cast<double>(i) / (fraction_side - 1);
+  EnvironmentBrdfTable fractions;
+  for (int i = 0; i < environment_brdf_size; ++i) {
+    const double roughness = static_cast<double>(i) / (environment_brdf_size - 1);
     const double a2 = std::max(std::pow(roughness, 4), static_cast<double>(min_alpha2));
-    for (int j = 0; j < fraction_side; ++j) {
-      const double nv = std::max(static_cast<double>(j) / (fraction_side - 1), 1e-3);
+    for (int j = 0; j < environment_brdf_size; ++j) {
+      const double nv = std::max(static_cast<double>(j) / (environment_brdf_size - 1), 1e-3);
       const V3d v(std::sqrt(1 - nv * nv), 0, nv);
       V2d sum(0, 0);
       for (int k = 0; k < samples * samples; ++k) {
-        // Normals of facets as often as GGX has them.
+        // Normals of facets with GGX's frequency.
         const int ring = k / samples;
         const double u = (ring + 0.5) / samples;
         const double nh = std::sqrt((1 - u) / (1 + (a2 - 1) * u));
@@ -123,10 +123,10 @@ ReflectedFractions make_fractions() {
         if (!(vh > 0) || !(nl > 0)) continue;
         const auto side = [&](double cosine) { return cosine + std::sqrt(a2 + (1 - a2) * cosine * cosine); };
         const double reflected = 4 * nl * vh / (nh * side(nl) * side(nv));
-        const auto schlick = static_cast<double>(fifth_power_below(static_cast<float>(vh)));
+        const auto schlick = static_cast<double>(schlick_fifth_power(static_cast<float>(vh)));
         sum += V2d(1 - schlick, schlick) * reflected;
       }
-      fractions[static_cast<std::size_t>(i) * fraction_side + j] = V2f(sum / (samples * samples));
+      fractions[static_cast<std::size_t>(i) * environment_brdf_size + j] = V2f(sum / (samples * samples));
     }
   }
   return fractions;
@@ -139,34 +139,37 @@ V3f Reflections::at(const V3d& direction, float roughness) const {
   const float place = std::clamp(roughness, 0.0F, 1.0F) * last;
   const float low = std::min(std::floor(place), last - 1);
   const auto level = static_cast<std::size_t>(low);
-  return levels[level].at(direction) * (low + 1 - place) + levels[level + 1].at(direction) * (place - low);
+  return levels[level].radiance_at(direction) * (low + 1 - place) +
+         levels[level + 1].radiance_at(direction) * (place - low);
 }
 
 Reflections reflections_of(const Environment& environment) {
   Reflections result;
   Environment picture = environment;
   picture.options = {};
-  result.levels.push_back(reduced(picture, mirror_width));
+  result.levels.push_back(downsample(picture, mirror_width));
   for (int k = 1; k <= rough_levels; ++k)
     result.levels.push_back(blurred(picture, static_cast<double>(k) / rough_levels));
   for (Environment& level : result.levels) level.options = environment.options;
   return result;
 }
 
-const ReflectedFractions& reflected_fractions() {
-  static const ReflectedFractions fractions = make_fractions();
+const EnvironmentBrdfTable& environment_brdf_table() {
+  static const EnvironmentBrdfTable fractions = make_fractions();
   return fractions;
 }
 
-V2f reflected_fraction(float roughness, float cosine) {
-  const auto place = [](float x) { return std::clamp(x, 0.0F, 1.0F) * (fraction_side - 1); };
+V2f environment_brdf(float roughness, float cosine) {
+  const auto place = [](float x) { return std::clamp(x, 0.0F, 1.0F) * (environment_brdf_size - 1); };
   const V2f at(place(roughness), place(cosine));
-  const V2i low(std::min(static_cast<int>(at.x), fraction_side - 2),
-                std::min(static_cast<int>(at.y), fraction_side - 2));
+  const V2i low(std::min(static_cast<int>(at.x), environment_brdf_size - 2),
+                std::min(static_cast<int>(at.y), environment_brdf_size - 2));
   const V2f fraction = at - V2f(low);
-  const auto* fractions = &reflected_fractions()[static_cast<std::size_t>(low.x) * fraction_side + low.y];
+  const auto* fractions =
+      &environment_brdf_table()[static_cast<std::size_t>(low.x) * environment_brdf_size + low.y];
   return (fractions[0] * (1 - fraction.y) + fractions[1] * fraction.y) * (1 - fraction.x) +
-         (fractions[fraction_side] * (1 - fraction.y) + fractions[fraction_side + 1] * fraction.y) *
+         (fractions[environment_brdf_size] * (1 - fraction.y) +
+          fractions[environment_brdf_size + 1] * fraction.y) *
              fraction.x;
 }
 

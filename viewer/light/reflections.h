@@ -22,10 +22,10 @@ Reflections reflections_of(const Environment& environment);
 
 /// The specular part of pbr_brdf() under even light of radiance 1 is f0 * x + y; [roughness][cosine to the
 /// viewer], both from 0 to 1.
-inline constexpr int fraction_side = 32;
-using ReflectedFractions = std::array<V2f, std::size_t{fraction_side} * fraction_side>;
-const ReflectedFractions& reflected_fractions();
+inline constexpr int environment_brdf_size = 32;
+using EnvironmentBrdfTable = std::array<V2f, std::size_t{environment_brdf_size} * environment_brdf_size>;
+const EnvironmentBrdfTable& environment_brdf_table();
 /// One of them, interpolated.
-V2f reflected_fraction(float roughness, float cosine);
+V2f environment_brdf(float roughness, float cosine);
 
 }  // namespace selvedge

@@ -21,7 +21,7 @@ int halvings_of(const MaterialPicture& picture) {
 
 /// The picture of the mask of a surface's fabric, or -1.
 int mask_of(const Materials& materials, std::size_t surface) {
-  const int image = materials.pbr[surface].metallic_roughness.image;
+  const int image = materials.pbr[surface].metallic_roughness_texture.image;
   return materials.surfaces[surface].fabric >= 0 && image >= 0 && materials.pictures[image].bytes ? image
                                                                                                   : -1;
 }
@@ -125,7 +125,8 @@ Occluders::Occluders(const MergedSurfaces& mesh, const Materials& materials)
         image->second = std::make_shared<const Image>(std::move(decoded->front()));
     }
     if (image->second)
-      masks_[i] = {image->second, materials.pbr[i].metallic_roughness, materials.surfaces[i].opaque_from};
+      masks_[i] = {image->second, materials.pbr[i].metallic_roughness_texture,
+                   materials.surfaces[i].min_opacity};
   }
 }
 
@@ -137,11 +138,11 @@ std::uint64_t Occluders::mask_bytes(const Materials& materials) {
     if (picture < 0 || !known.insert(picture).second) continue;
     pixels += materials.pictures[picture].pixels(halvings_of(materials.pictures[picture]));
   }
-  return pixels * bytes_per::pixel;
+  return pixels * bytes_per::texture_pixel;
 }
 
 ShadowMap Occluders::draw(const ShadowView& view, ShadowMap* opposite) const {
-  const double max_work = max_covered * static_cast<double>(view.size) * view.size;
+  const double max_work = max_overdraw * static_cast<double>(view.size) * view.size;
   ShadowMap map{view, {}};
   double done = 0;  // fraction of the triangles
   while (!draw_into(map, opposite, map.view.size > min_shadow_size ? max_work : HUGE_VAL, done)) {
@@ -165,8 +166,8 @@ bool Occluders::draw_into(ShadowMap& map, ShadowMap* opposite, double max_work, 
   }
   std::vector<V4f> places(mesh_.positions.size());
   std::ranges::transform(mesh_.positions, places.begin(), [&](const V3f& p) {
-    return V4f(along(view.rows[0], p), along(view.rows[1], p), along(view.rows[2], p),
-               along(view.rows[3], p));
+    return V4f(homogeneous_coordinate(view.rows[0], p), homogeneous_coordinate(view.rows[1], p),
+               homogeneous_coordinate(view.rows[2], p), homogeneous_coordinate(view.rows[3], p));
   });
   double work = 0;
   for (std::size_t i = 0; i < triangles_.size(); ++i) {

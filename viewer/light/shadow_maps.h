@@ -24,10 +24,10 @@ class Occluders {
   static std::uint64_t mask_bytes(const Materials& materials);
 
   /// Draws the map of a view, and with `opposite` the one from the other side of the scene, whose depths grow
-  /// towards the light. Where triangles cover more than `max_covered` times its texels, the map is halved
+  /// towards the light. Where triangles cover more than `max_overdraw` times its texels, the map is halved
   /// until they do not.
   ShadowMap draw(const ShadowView& view, ShadowMap* opposite = nullptr) const;
-  static constexpr int max_covered = 256;
+  static constexpr int max_overdraw = 256;
 
  private:
   /// A picture whose alpha cuts a surface.

@@ -53,7 +53,7 @@ ShadowView parallel_view(const V3d& towards_light, std::span<const V3f> position
   const double near = depth.min - 0.01 * range;
   ShadowView view;
   view.size = size;
-  view.texel = static_cast<float>(texel);
+  view.texel_cell_size = static_cast<float>(texel);
   view.rows = {row_of(right / texel, 0.5 * size - x.center() / texel),
                row_of(up / texel, 0.5 * size - y.center() / texel),
                row_of(-towards_light / (1.02 * range), -near / (1.02 * range)), V4f(0, 0, 0, 1)};
@@ -64,7 +64,7 @@ std::optional<ShadowView> spot_view(const Light& light, std::span<const V3f> pos
                                     int size) {
   const V3d axis = -light.direction;
   const V3d place = light.position - origin;
-  const double half_angle = std::acos(std::clamp(light.cos_outer, -1.0, 1.0));
+  const double half_angle = std::acos(std::clamp(light.outer_cosine, -1.0, 1.0));
   if (!(half_angle > 0 && half_angle < widest_cone)) return std::nullopt;
   Range depth;
   for (const V3f& position : positions) depth.extendBy((V3d(position) - place).dot(axis));
@@ -75,7 +75,7 @@ std::optional<ShadowView> spot_view(const Light& light, std::span<const V3f> pos
   const double texel = 2 * std::tan(half_angle) / (size - 2 * margin);
   ShadowView view;
   view.size = size;
-  view.texel = static_cast<float>(texel);
+  view.texel_cell_size = static_cast<float>(texel);
   // x = (right . (p - place)) / texel + size / 2 * w, and w the depth.
   const auto window = [&](const V3d& direction) {
     const V3d d = direction / texel + axis * (0.5 * size);
@@ -115,7 +115,7 @@ ShadowView halved(const ShadowView& view) {
   for (int k = 0; k < 2; ++k)
     half.rows[k] = (view.rows[k] - view.rows[3] * middle) * scale +
                    view.rows[3] * (0.5F * static_cast<float>(half.size));
-  half.texel = view.texel / scale;
+  half.texel_cell_size = view.texel_cell_size / scale;
   return half;
 }
 
@@ -123,12 +123,14 @@ float shadow_visibility(const ShadowMap& map, const V3f& point, const V3f& norma
   const float cosine = normal.dot(light);
   if (!(cosine > 0)) return 0;
   const ShadowView& view = map.view;
-  const float texel = view.texel * along(view.rows[3], point);
+  const float texel = view.texel_cell_size * homogeneous_coordinate(view.rows[3], point);
   const float sine = std::sqrt(std::max(1 - cosine * cosine, 0.0F));
   const V3f p = point + normal * (texel * normal_offset * sine) + light * (texel * light_offset);
-  const float w = along(view.rows[3], p);
+  const float w = homogeneous_coordinate(view.rows[3], p);
   if (!(w > 0)) return 1;
-  const V3f in_map = V3f(along(view.rows[0], p), along(view.rows[1], p), along(view.rows[2], p)) / w;
+  const V3f in_map = V3f(homogeneous_coordinate(view.rows[0], p), homogeneous_coordinate(view.rows[1], p),
+                         homogeneous_coordinate(view.rows[2], p)) /
+                     w;
   const V2f corner(in_map.x - 0.5F, in_map.y - 0.5F);
   const V2f first(std::floor(corner.x), std::floor(corner.y));
   const auto last = static_cast<float>(view.size - 3);

@@ -24,12 +24,14 @@ struct ShadowView {
   std::size_t light = 0;  ///< index into the lights
   int size = 1;
   std::array<V4f, 4> rows{};
-  float texel = 1;  ///< a texel's side where w = 1, m; it grows with w
+  float texel_cell_size = 1;  ///< a texel's side where w = 1, m; it grows with w
   bool operator==(const ShadowView&) const = default;
 };
 
 /// A coordinate of rows * (p, 1).
-inline float along(const V4f& row, const V3f& p) { return row.x * p.x + row.y * p.y + row.z * p.z + row.w; }
+inline float homogeneous_coordinate(const V4f& row, const V3f& p) {
+  return row.x * p.x + row.y * p.y + row.z * p.z + row.w;
+}
 
 /// Views of the first `max_shadows` lights that can cast shadows: directional lights and spots with cones
 /// below 160 degrees. Each covers all `positions` (relative to `origin`, at least one), a spot's those within

@@ -62,17 +62,18 @@ std::vector<SmoothLight> light_at_vertices(const SkyVisibility& visibility, cons
     const V3f& d = visibility.directions[i];
     const auto basis = smooth_basis(d.x, d.y, d.z);
     V3f radiance(0, 0, 0);
-    for (int k = 0; k < smooth_functions; ++k) radiance += light.factors[k] * basis[k];
+    for (int k = 0; k < smooth_function_count; ++k) radiance += light.coefficients[k] * basis[k];
     const double solid_angle = 4 * std::numbers::pi / static_cast<double>(directions);
-    for (int k = 0; k < smooth_functions; ++k)
-      parts[i].factors[k] = radiance * (basis[k] * static_cast<float>(solid_angle / smooth_norms[k]));
+    for (int k = 0; k < smooth_function_count; ++k)
+      parts[i].coefficients[k] = radiance * (basis[k] * static_cast<float>(solid_angle / smooth_norms[k]));
   }
   std::vector<SmoothLight> result(visibility.fractions.size() / directions, light);
   parallel_each(result.size(), vertices_per_task, [&](std::size_t vertex) {
     for (std::size_t i = 0; i < directions; ++i) {
       const float hidden = 1 - static_cast<float>(visibility.fractions[vertex * directions + i]) / 255;
       if (!(hidden > 0)) continue;
-      for (int k = 0; k < smooth_functions; ++k) result[vertex].factors[k] -= parts[i].factors[k] * hidden;
+      for (int k = 0; k < smooth_function_count; ++k)
+        result[vertex].coefficients[k] -= parts[i].coefficients[k] * hidden;
     }
   });
   return result;

@@ -55,7 +55,7 @@ SELVEDGE_THREE_BODIES(draw_spans, (const Span* spans, std::size_t count, RasterR
 
 template <std::size_t N>
 SELVEDGE_INLINE void merge_lanes(const std::array<RasterRows, 2>& sides, std::size_t from,
-                                 std::span<SeenSurface> nearest, std::span<SeenSurface> behind) {
+                                 std::span<TriangleSide> nearest, std::span<TriangleSide> behind) {
   using Ints = typename Lanes<N>::Ints;
   const auto load = [](const std::int32_t* values) {
     Ints result;
@@ -70,34 +70,34 @@ SELVEDGE_INLINE void merge_lanes(const std::array<RasterRows, 2>& sides, std::si
     const Ints back_surface = load(&sides[1].surface[i]);
     const Ints front_count = load(&sides[0].count[i]);
     const Ints back_count = load(&sides[1].count[i]);
-    const Ints none = Ints{} + static_cast<std::int32_t>(no_surface);
+    const Ints none = Ints{} + static_cast<std::int32_t>(no_triangle_side);
     const Ints count = front_count + back_count;
     Ints first = front.v > back.v ? back_surface : front_surface;
     Ints second = front.v > back.v ? front_surface : back_surface;
     first = count > 0 ? first : none;
     second = count > 1 ? second : none;
     const Ints most = front_count > back_count ? front_count : back_count;
-    second = most > 1 ? Ints{} + static_cast<std::int32_t>(deep_surface) : second;
-    const std::size_t size = std::min(N, nearest.size() - x) * sizeof(SeenSurface);
+    second = most > 1 ? Ints{} + static_cast<std::int32_t>(deep_triangle_side) : second;
+    const std::size_t size = std::min(N, nearest.size() - x) * sizeof(TriangleSide);
     std::memcpy(&nearest[x], &first, size);
     std::memcpy(&behind[x], &second, size);
   }
 }
 SELVEDGE_THREE_BODIES(merge_lanes,
                       (const std::array<RasterRows, 2>& sides, std::size_t from,
-                       std::span<SeenSurface> nearest, std::span<SeenSurface> behind),
+                       std::span<TriangleSide> nearest, std::span<TriangleSide> behind),
                       (sides, from, nearest, behind))
 
 }  // namespace
 
-void merge_sides(const std::array<RasterRows, 2>& sides, std::size_t from, std::span<SeenSurface> nearest,
-                 std::span<SeenSurface> behind) {
+void merge_sides(const std::array<RasterRows, 2>& sides, std::size_t from, std::span<TriangleSide> nearest,
+                 std::span<TriangleSide> behind) {
   static const auto merge_all = merge_lanes_for_this_processor();
   merge_all(sides, from, nearest, behind);
 }
 
 Raster::Triangle Raster::set_up(const MergedSurfaces& mesh, const ProjectedVertices& projected,
-                                SeenSurface surface) {
+                                TriangleSide surface) {
   const MergedTriangle& triangle = mesh.triangles[surface / 2];
   Triangle result;
   result.surface = surface;

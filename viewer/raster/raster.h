@@ -15,26 +15,26 @@ namespace selvedge {
 struct DeepHit {
   std::uint32_t pixel = 0;  ///< y * width + x of the band
   float depth = 0;
-  SeenSurface surface = 0;
-  std::uint32_t number = 0;  ///< of the pixel, of all deep ones
-  std::uint32_t pbr = 0;     ///< of DeepLayers::pbr
+  TriangleSide surface = 0;
+  std::uint32_t deep_pixel = 0;  ///< of the pixel, of all deep ones
+  std::uint32_t pbr_index = 0;   ///< of DeepLayers::pbr
 };
 
 /// Some rows of one side of the cloth, bottom row first; pixel (x, y) at y * stride + x.
 struct RasterRows {
   std::size_t stride = 0;
   std::vector<float> depth;           ///< OpenGL's, smaller is nearer; 1: empty pixel
-  std::vector<std::int32_t> surface;  ///< SeenSurface; undefined in empty pixels
+  std::vector<std::int32_t> surface;  ///< TriangleSide; undefined in empty pixels
   std::vector<std::int32_t> count;    ///< number of surfaces behind each other
 };
 
 /// In place of a surface behind the nearest one, where one side of the cloth covers itself.
-inline constexpr SeenSurface deep_surface = no_surface - 1;
+inline constexpr TriangleSide deep_triangle_side = no_triangle_side - 1;
 
-/// The nearest surfaces of a row's pixels, and the other side's behind them; no_surface: none. `from`: of the
-/// row's first pixel in the rows of both sides.
-void merge_sides(const std::array<RasterRows, 2>& sides, std::size_t from, std::span<SeenSurface> nearest,
-                 std::span<SeenSurface> behind);
+/// The nearest surfaces of a row's pixels, and the other side's behind them; no_triangle_side: none. `from`:
+/// of the row's first pixel in the rows of both sides.
+void merge_sides(const std::array<RasterRows, 2>& sides, std::size_t from, std::span<TriangleSide> nearest,
+                 std::span<TriangleSide> behind);
 
 /// One side of the cloth in a band of a frame.
 class Raster {
@@ -61,13 +61,14 @@ class Raster {
     std::array<Edge, 3> edges;
     std::array<double, 3> depth;  ///< of the pixel (x, y): depth[0] x + depth[1] y + depth[2]
     int low = 0, high = -1;       ///< rows of the band
-    SeenSurface surface = 0;
+    TriangleSide surface = 0;
     std::uint64_t columns = 0;  ///< bits of the 64ths of the frame's width that it may touch
     double depth_at(int x, int y) const { return depth[0] * x + depth[1] * y + depth[2]; }
   };
   template <class Wanted, class Visit>
   void each_span(int strip, const Wanted& wanted, const Visit& visit) const;
-  static Triangle set_up(const MergedSurfaces& mesh, const ProjectedVertices& projected, SeenSurface surface);
+  static Triangle set_up(const MergedSurfaces& mesh, const ProjectedVertices& projected,
+                         TriangleSide surface);
 
   int width_ = 0, first_row_ = 0, rows_ = 0;
   std::vector<Triangle> triangles_;

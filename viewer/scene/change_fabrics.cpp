@@ -13,7 +13,7 @@ std::vector<int> fabrics_of(const Scene& scene) {
   return result;
 }
 
-bool wears_nothing(const Scene& scene) {
+bool has_no_fabric(const Scene& scene) {
   return std::ranges::none_of(scene.materials, [](const SceneMaterial& m) { return m.fabric.has_value(); });
 }
 
@@ -59,11 +59,11 @@ void fit_fabrics(std::span<const FabricFit> fits, std::span<const Fabric> fabric
     SceneMaterial& material = scene.materials[i];
     if (!material.fabric) continue;
     UvTransform& transform = material.fabric->transform;
-    transform.offset /= fits[i].size;
-    transform.scale /= fits[i].size;
+    transform.offset /= fits[i].stitch_scale;
+    transform.scale /= fits[i].stitch_scale;
     for (int turn = 0; turn < fits[i].quarter_turns; ++turn)
       turn_quarter(V2d(fabrics[material.fabric->fabric].period_mm), transform);
-    material.kept.tint *= fits[i].tint;
+    material.garment_textures.tint *= fits[i].tint;
   }
 }
 

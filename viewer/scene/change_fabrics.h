@@ -12,7 +12,7 @@ namespace selvedge {
 /// For each material, its fabric; -1 where it has none.
 std::vector<int> fabrics_of(const Scene& scene);
 /// Whether no material has a fabric.
-bool wears_nothing(const Scene& scene);
+bool has_no_fabric(const Scene& scene);
 
 /// `scene` with fabric choice[i] (index into `fabrics`) on material i; -1 takes the fabric away. Materials
 /// without a fabric keep none, as they lack its texture transform. The yarns keep their size on the cloth:
@@ -23,9 +23,9 @@ Scene change_fabrics(const Scene& scene, std::span<const Fabric> fabrics, std::s
 
 /// How a fabric lies on a material, relative to what the file says.
 struct FabricFit {
-  double size = 1;  ///< factor on the stitches' size
+  double stitch_scale = 1;  ///< factor on the stitches' size
   int quarter_turns = 0;
-  V3f tint{1, 1, 1};  ///< linear; times GarmentParts::tint
+  V3f tint{1, 1, 1};  ///< linear; times GarmentTextures::tint
 };
 
 /// Fits the fabrics of `scene`; fits[i]: of material i. Stitches stay as wide and as high as they are

@@ -13,36 +13,37 @@ namespace selvedge {
 struct SurfaceMaterial {
   int fabric = -1;    ///< index into the fabrics; -1: a core material
   int material = -1;  ///< Surface::material
-  V4f base_color{1, 1, 1, 1};
-  float opaque_from = 0;  ///< nothing is drawn if the opacity of the base colour, or of the mask, is less
+  V4f base_color_factor{1, 1, 1, 1};
+  float min_opacity = 0;  ///< nothing is drawn if the opacity of the base colour, or of the mask, is less
   bool keeps_opacity = false;  ///< else base colour and fabric count as opaque
   bool culls_back = false;
-  bool tinted = false;    ///< the base colour is a factor on the fabric's light
-  bool bends = false;     ///< a normal texture bends the fabric's frame
-  bool occluded = false;  ///< an occlusion texture dims what reaches the fabric from all around
+  bool is_tinted = false;              ///< the base colour is a factor on the fabric's light
+  bool has_normal_texture = false;     ///< a normal texture bends the fabric's frame
+  bool has_occlusion_texture = false;  ///< an occlusion texture dims what reaches the fabric from all around
 };
 
 /// A picture on a surface.
 struct MaterialTexture {
   int image = -1;   ///< index into Materials::pictures; -1: no texture, a factor of 1
-  int mapping = 0;  ///< texture coordinates: 0 is SurfaceVertex::uv, k Surface::more_uvs[k - 1]
+  int mapping = 0;  ///< texture coordinates: 0 is SurfaceVertex::uv, k Surface::extra_uvs[k - 1]
   Wrap wrap_u = Wrap::repeat;
   Wrap wrap_v = Wrap::repeat;
   bool nearest = false;
 };
 
-/// glTF's core material of a surface. The base colour is the product of `SurfaceMaterial::base_color`, the
-/// texture here and Surface::colors. With a fabric there are occlusion, emission, and what the garment keeps
-/// (GarmentParts): the tint as base colour, the normal texture, and the mask.
+/// glTF's core material of a surface. The base colour is the product of `SurfaceMaterial::base_color_factor`,
+/// the texture here and Surface::colors. With a fabric there are occlusion, emission, and what the garment
+/// keeps (GarmentTextures): the tint as base colour, the normal texture, and the mask.
 struct PbrMaterial {
-  MaterialTexture base_color;
+  MaterialTexture base_color_texture;
   float metallic = 1;
   float roughness = 1;
-  MaterialTexture metallic_roughness;  ///< linear; roughness in green, metal in blue; or the mask, in alpha
-  MaterialTexture normal;              ///< linear, (n + 1) / 2
+  MaterialTexture
+      metallic_roughness_texture;  ///< linear; roughness in green, metal in blue; or the mask, in alpha
+  MaterialTexture normal_texture;  ///< linear, (n + 1) / 2
   float normal_scale = 1;
-  int normal_frame = 0;       ///< Mappings::normal_frame
-  MaterialTexture occlusion;  ///< linear, in red
+  int normal_frame = 0;               ///< Mappings::normal_frame
+  MaterialTexture occlusion_texture;  ///< linear, in red
   float occlusion_strength = 1;
   V3f emissive{0, 0, 0};  ///< linear radiance
   MaterialTexture emissive_texture;
@@ -51,7 +52,8 @@ struct PbrMaterial {
 
 /// In the order of pbr_fragment.glsl.
 inline std::array<const MaterialTexture*, 5> textures_of(const PbrMaterial& pbr) {
-  return {&pbr.base_color, &pbr.metallic_roughness, &pbr.normal, &pbr.occlusion, &pbr.emissive_texture};
+  return {&pbr.base_color_texture, &pbr.metallic_roughness_texture, &pbr.normal_texture,
+          &pbr.occlusion_texture, &pbr.emissive_texture};
 }
 
 /// The core material at a pixel, textures and factors multiplied; with a fabric, emission, occlusion, tint
@@ -65,6 +67,6 @@ struct PbrPixel {
 };
 
 /// The largest width and height of a frame.
-inline constexpr int index_pass_side_limit = 16384;
+inline constexpr int max_frame_side = 16384;
 
 }  // namespace selvedge

@@ -38,7 +38,7 @@ int take_picture(const Scene& scene, int index, Transfer transfer, Known& known,
     remarks.push_back(to_line(error) + "; drawn without it");
     return -1;
   }
-  if (std::max(size.x, size.y) > index_pass_side_limit) {
+  if (std::max(size.x, size.y) > max_frame_side) {
     remarks.push_back(fmt::format("{}: {} x {} is too large; drawn without it", name, size.x, size.y));
     return -1;
   }
@@ -54,9 +54,9 @@ int take_picture(const Scene& scene, int index, Transfer transfer, Known& known,
 bool Materials::needs_pbr() const {
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     const SurfaceMaterial& s = surfaces[i];
-    const bool plain =
-        s.fabric >= 0 && !s.tinted && !s.bends && !s.occluded && pbr[i].emissive == V3f(0, 0, 0);
-    if (!plain || pbr[i].metallic_roughness.image >= 0) return true;
+    const bool plain = s.fabric >= 0 && !s.is_tinted && !s.has_normal_texture && !s.has_occlusion_texture &&
+                       pbr[i].emissive == V3f(0, 0, 0);
+    if (!plain || pbr[i].metallic_roughness_texture.image >= 0) return true;
   }
   return false;
 }
@@ -75,10 +75,10 @@ Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& s
     const Mappings mappings = mappings_of(material);
     const auto texture = [&](const TextureReference& t, Transfer transfer) {
       const int image = take_picture(scene, t.image, transfer, known, result, remarks);
-      const int mapping = t.image < 0 ? 0 : mappings.number_of(mapping_of(t));
-      return MaterialTexture{image, std::max(mapping, 0), t.wrap_u, t.wrap_v, t.nearest};
+      const int mapping = t.image < 0 ? 0 : mappings.index_of(mapping_of(t));
+      return MaterialTexture{image, std::max(mapping, 0), t.wrap_u, t.wrap_v, t.has_nearest_filter};
     };
-    pbr.occlusion = texture(material.occlusion_texture, Transfer::keep);
+    pbr.occlusion_texture = texture(material.occlusion_texture, Transfer::keep);
     pbr.occlusion_strength = material.occlusion_strength;
     pbr.emissive = material.emissive;
     pbr.emissive_texture = texture(material.emissive_texture, Transfer::srgb);
@@ -89,31 +89,31 @@ Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& s
                     fmt::format("fabric {} does not exist", drawn.fabric));
       }
       drawn.keeps_opacity = material.alpha_mode != AlphaMode::opaque;
-      const GarmentParts& kept = material.kept;
-      drawn.base_color = V4f(kept.tint.x, kept.tint.y, kept.tint.z, 1);
-      pbr.base_color = texture(kept.tint_texture, Transfer::srgb);
-      drawn.tinted = pbr.base_color.image >= 0 || kept.tint != V3f(1, 1, 1) ||
-                     std::ranges::any_of(surface.colors,
-                                         [](const V4f& c) { return V3f(c.x, c.y, c.z) != V3f(1, 1, 1); });
+      const GarmentTextures& kept = material.garment_textures;
+      drawn.base_color_factor = V4f(kept.tint.x, kept.tint.y, kept.tint.z, 1);
+      pbr.base_color_texture = texture(kept.tint_texture, Transfer::srgb);
+      drawn.is_tinted = pbr.base_color_texture.image >= 0 || kept.tint != V3f(1, 1, 1) ||
+                        std::ranges::any_of(surface.colors,
+                                            [](const V4f& c) { return V3f(c.x, c.y, c.z) != V3f(1, 1, 1); });
       // Its alpha equals the alpha of a tint of the same picture.
-      pbr.metallic_roughness = texture(kept.mask, Transfer::srgb);
-      if (pbr.metallic_roughness.image >= 0) drawn.opaque_from = kept.mask_cutoff;
-      pbr.normal = texture(kept.normal, Transfer::keep);
+      pbr.metallic_roughness_texture = texture(kept.mask, Transfer::srgb);
+      if (pbr.metallic_roughness_texture.image >= 0) drawn.min_opacity = kept.mask_cutoff;
+      pbr.normal_texture = texture(kept.normal, Transfer::keep);
       pbr.normal_scale = kept.normal_scale;
       pbr.normal_frame = mappings.normal_frame;
-      drawn.bends = pbr.normal.image >= 0;
-      drawn.occluded = pbr.occlusion.image >= 0;
+      drawn.has_normal_texture = pbr.normal_texture.image >= 0;
+      drawn.has_occlusion_texture = pbr.occlusion_texture.image >= 0;
     } else {
-      drawn.base_color = material.base_color;
-      pbr.base_color = texture(material.base_color_texture, Transfer::srgb);
+      drawn.base_color_factor = material.base_color;
+      pbr.base_color_texture = texture(material.base_color_texture, Transfer::srgb);
       pbr.metallic = material.metallic;
       pbr.roughness = material.roughness;
-      pbr.metallic_roughness = texture(material.metallic_roughness_texture, Transfer::keep);
-      pbr.normal = texture(material.normal_texture, Transfer::keep);
+      pbr.metallic_roughness_texture = texture(material.metallic_roughness_texture, Transfer::keep);
+      pbr.normal_texture = texture(material.normal_texture, Transfer::keep);
       pbr.normal_scale = material.normal_scale;
       pbr.unlit = material.unlit;
       drawn.keeps_opacity = material.alpha_mode == AlphaMode::blend;
-      if (material.alpha_mode == AlphaMode::mask) drawn.opaque_from = material.alpha_cutoff;
+      if (material.alpha_mode == AlphaMode::mask) drawn.min_opacity = material.alpha_cutoff;
     }
     drawn.culls_back = !material.double_sided;
     drawn.material = surface.material;

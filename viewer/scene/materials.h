@@ -19,7 +19,7 @@ struct MaterialPicture {
   std::shared_ptr<const std::vector<std::uint8_t>> bytes;  ///< encoded
   Transfer transfer = Transfer::keep;
   V2i size{1, 1};  ///< by its header
-  /// When halved so many times.
+  /// After this number of halvings.
   std::uint64_t pixels(int halvings) const {
     return std::uint64_t{1} * level_size(size.x, halvings) * level_size(size.y, halvings);
   }

@@ -81,20 +81,21 @@ MergedSurfaces merge(std::span<const Surface> surfaces) {
       mesh.triangles.push_back({{base + corner[0], base + corner[1], base + corner[2]},
                                 static_cast<std::uint32_t>(i),
                                 surface.vertices[corner[0]].tangent.w < 0 ? -1.0F : 1.0F,
-                                surface.vertices[corner[0]].whole,
-                                !surface.streaked.empty() && surface.streaked[k / 3] != 0});
+                                surface.vertices[corner[0]].whole_repeats,
+                                !surface.degenerate_uvs.empty() && surface.degenerate_uvs[k / 3] != 0});
     }
-    mesh.more_uvs.resize(std::max(mesh.more_uvs.size(), surface.more_uvs.size()));
-    for (std::size_t m = 0; m < surface.more_uvs.size(); ++m) {
-      mesh.more_uvs[m].resize(base, V2f(0, 0));
-      mesh.more_uvs[m].insert(mesh.more_uvs[m].end(), surface.more_uvs[m].begin(), surface.more_uvs[m].end());
+    mesh.extra_uvs.resize(std::max(mesh.extra_uvs.size(), surface.extra_uvs.size()));
+    for (std::size_t m = 0; m < surface.extra_uvs.size(); ++m) {
+      mesh.extra_uvs[m].resize(base, V2f(0, 0));
+      mesh.extra_uvs[m].insert(mesh.extra_uvs[m].end(), surface.extra_uvs[m].begin(),
+                               surface.extra_uvs[m].end());
     }
     if (!surface.colors.empty()) {
       mesh.colors.resize(base, V4f(1, 1, 1, 1));
       mesh.colors.insert(mesh.colors.end(), surface.colors.begin(), surface.colors.end());
     }
   }
-  for (std::vector<V2f>& uvs : mesh.more_uvs) uvs.resize(mesh.positions.size(), V2f(0, 0));
+  for (std::vector<V2f>& uvs : mesh.extra_uvs) uvs.resize(mesh.positions.size(), V2f(0, 0));
   if (!mesh.colors.empty()) mesh.colors.resize(mesh.positions.size(), V4f(1, 1, 1, 1));
   return mesh;
 }
@@ -130,7 +131,7 @@ ProjectedVertices project(const MergedSurfaces& mesh, const M44d& clip, int widt
   return projected;
 }
 
-double mean_depth(const MergedSurfaces& mesh, const ProjectedVertices& projected) {
+double mean_depth_complexity(const MergedSurfaces& mesh, const ProjectedVertices& projected) {
   double area = 0;  // in frames
   for (const MergedTriangle& triangle : mesh.triangles) {
     std::array<V2d, 3> places;

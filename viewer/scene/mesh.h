@@ -15,9 +15,9 @@ namespace selvedge {
 struct MergedTriangle {
   std::array<std::uint32_t, 3> corners{};
   std::uint32_t surface = 0;
-  float handedness = 1;      ///< w of the corners' tangents (surfaces.h)
-  V2f whole{0, 0};           ///< repeats that their coordinates lack
-  bool is_streaked = false;  ///< Tangents::streaked
+  float handedness = 1;             ///< w of the corners' tangents (surfaces.h)
+  V2f whole_repeats{0, 0};          ///< repeats that their coordinates lack
+  bool has_degenerate_uvs = false;  ///< Tangents::degenerate_uvs
 };
 
 struct MergedSurfaces {
@@ -27,13 +27,13 @@ struct MergedSurfaces {
   V3f normal(std::uint32_t vertex) const { return xyz(attributes[vertex][0]); }
   V3f tangent(std::uint32_t vertex) const { return xyz(attributes[vertex][1]); }
   V2f uv(std::uint32_t vertex, int mapping = 0) const {
-    if (mapping > 0) return more_uvs[mapping - 1][vertex];
+    if (mapping > 0) return extra_uvs[mapping - 1][vertex];
     return {attributes[vertex][0][3], attributes[vertex][1][3]};
   }
   std::vector<MergedTriangle> triangles;  ///< in the order of the surfaces
-  /// Surface::more_uvs, [mapping - 1][vertex], and Surface::colors, [vertex]; (0, 0) and white for a surface
+  /// Surface::extra_uvs, [mapping - 1][vertex], and Surface::colors, [vertex]; (0, 0) and white for a surface
   /// without them, empty if all surfaces lack them.
-  std::vector<std::vector<V2f>> more_uvs;
+  std::vector<std::vector<V2f>> extra_uvs;
   std::vector<V4f> colors;
 
  private:
@@ -41,8 +41,8 @@ struct MergedSurfaces {
 };
 
 /// A triangle as it is seen: twice its index in MergedSurfaces::triangles, + 1 for its back.
-using SeenSurface = std::uint32_t;
-inline constexpr SeenSurface no_surface = ~SeenSurface{0};
+using TriangleSide = std::uint32_t;
+inline constexpr TriangleSide no_triangle_side = ~TriangleSide{0};
 
 /// Pixels that are looked up together.
 inline constexpr std::size_t lane_count = 16;
@@ -72,7 +72,7 @@ struct ProjectedVertices {
 ProjectedVertices project(const MergedSurfaces& mesh, const M44d& clip, int width, int height);
 
 /// Triangles behind each other at a pixel, the mean over the frame. Parts beyond the frame do not count.
-double mean_depth(const MergedSurfaces& mesh, const ProjectedVertices& projected);
+double mean_depth_complexity(const MergedSurfaces& mesh, const ProjectedVertices& projected);
 
 /// Triangles by the visible side, in the order of the mesh.
 struct TriangleLists {

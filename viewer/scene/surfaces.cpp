@@ -146,14 +146,14 @@ const std::vector<V2d>* tangent_coordinates(const SceneMaterial& material, const
                                             const std::vector<std::vector<V2d>>& uvs, const Placed& placed) {
   int mapping = material.fabric ? 0 : -1;
   if (!material.fabric && material.normal_texture.image >= 0 && placed.tangent.empty())
-    mapping = mappings.number_of(mapping_of(material.normal_texture));
+    mapping = mappings.index_of(mapping_of(material.normal_texture));
   if (mapping < 0 || uvs[mapping].empty()) return nullptr;
   return &uvs[mapping];
 }
 
 /// The vertex of the file that a vertex is, or is a copy of.
 std::size_t source_of(std::size_t vertex, std::size_t given, const Tangents& tangents) {
-  return vertex < given ? vertex : tangents.copy_of[vertex - given];
+  return vertex < given ? vertex : tangents.copy_sources[vertex - given];
 }
 
 /// Mappings::normal_frame of vertices with the tangents of a fabric. Where the normal texture is mirrored on
@@ -175,8 +175,8 @@ std::array<std::vector<V2f>, 2> turn_normals(const Placed& placed, const std::ve
   }
   Tangents of_texture = compute_tangents(position, normal, uv, tangents.indices, Facing::normals);
   tangents.indices = std::move(of_texture.indices);
-  for (const std::uint32_t v : of_texture.copy_of) {
-    tangents.copy_of.push_back(static_cast<std::uint32_t>(source_of(v, given, tangents)));
+  for (const std::uint32_t v : of_texture.copy_sources) {
+    tangents.copy_sources.push_back(static_cast<std::uint32_t>(source_of(v, given, tangents)));
     tangents.tangents.push_back(V4f(tangents.tangents[v]));
     normal.push_back(V3d(normal[v]));
   }
@@ -204,21 +204,21 @@ Surface finish(const ScenePrimitive& primitive, const SceneMaterial& material, c
   } else if (!material.fabric) {
     tangents.tangents = placed.tangent;
   }
-  tangents.tangents.resize(placed.position.size() + tangents.copy_of.size(), V4f(0, 0, 0, 1));
+  tangents.tangents.resize(placed.position.size() + tangents.copy_sources.size(), V4f(0, 0, 0, 1));
 
   Surface surface;
   surface.material = primitive.material;
   std::array<std::vector<V2f>, 2> directions;
   if (mappings.normal_frame > 0) {
-    const int mapping = mappings.number_of(mapping_of(material.kept.normal));
+    const int mapping = mappings.index_of(mapping_of(material.garment_textures.normal));
     directions = turn_normals(placed, uvs[mapping], tangents);
   }
   surface.indices = std::move(tangents.indices);
-  surface.streaked = std::move(tangents.streaked);
+  surface.degenerate_uvs = std::move(tangents.degenerate_uvs);
   surface.vertices.reserve(tangents.tangents.size());
-  surface.more_uvs.resize(uvs.empty() ? 0 : uvs.size() - 1);
+  surface.extra_uvs.resize(uvs.empty() ? 0 : uvs.size() - 1);
   if (mappings.normal_frame > 0)
-    surface.more_uvs.insert(surface.more_uvs.end(), directions.begin(), directions.end());
+    surface.extra_uvs.insert(surface.extra_uvs.end(), directions.begin(), directions.end());
   for (std::size_t v = 0; v < tangents.tangents.size(); ++v) {
     const std::size_t source = source_of(v, placed.position.size(), tangents);
     const V2f uv = uvs.empty() || uvs[0].empty() ? V2f(0, 0) : V2f(uvs[0][source]);
@@ -232,7 +232,7 @@ Surface finish(const ScenePrimitive& primitive, const SceneMaterial& material, c
     surface.vertices.push_back(
         {V3f(placed.position[source]), V3f(placed.normal[source]), tangents.tangents[v], uv, whole});
     for (std::size_t m = 1; m < uvs.size(); ++m) {
-      if (!uvs[m].empty()) surface.more_uvs[m - 1].emplace_back(uvs[m][source]);
+      if (!uvs[m].empty()) surface.extra_uvs[m - 1].emplace_back(uvs[m][source]);
     }
     if (!primitive.colors.empty()) surface.colors.push_back(primitive.colors[source]);
   }
@@ -251,7 +251,7 @@ Mapping mapping_of(const TextureReference& texture) {
   return {texture.tex_coord, texture.transform, texture.wrap_u, texture.wrap_v};
 }
 
-int Mappings::number_of(const Mapping& mapping) const {
+int Mappings::index_of(const Mapping& mapping) const {
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (list[i] == mapping) return static_cast<int>(i);
   }
@@ -261,17 +261,17 @@ int Mappings::number_of(const Mapping& mapping) const {
 Mappings mappings_of(const SceneMaterial& material) {
   Mappings mappings;
   const auto add = [&](const Mapping& mapping) {
-    if (mappings.number_of(mapping) < 0) mappings.list.push_back(mapping);
+    if (mappings.index_of(mapping) < 0) mappings.list.push_back(mapping);
   };
   const auto add_texture = [&](const TextureReference& texture) {
     if (texture.image >= 0) add(mapping_of(texture));
   };
   if (material.fabric) {
     const FabricReference& fabric = *material.fabric;
-    const TextureReference& normal = material.kept.normal;
+    const TextureReference& normal = material.garment_textures.normal;
     add({fabric.tex_coord, fabric.transform, Wrap::repeat, Wrap::repeat});
-    add_texture(material.kept.tint_texture);
-    add_texture(material.kept.mask);
+    add_texture(material.garment_textures.tint_texture);
+    add_texture(material.garment_textures.mask);
     add_texture(normal);
     const V2d signs = fabric.transform.scale * normal.transform.scale;
     const bool same_axes = fabric.tex_coord == normal.tex_coord && fabric.transform.rotation == 0 &&
@@ -289,7 +289,7 @@ Mappings mappings_of(const SceneMaterial& material) {
 }
 
 Result<std::vector<Surface>> build_surfaces(const Scene& scene, const V3d& origin) {
-  return result_of([&] {
+  return catch_failure([&] {
     std::vector<Surface> surfaces;
     for (const SceneInstance& instance : scene.instances) {
       const ScenePrimitive& primitive = scene.primitives[instance.primitive];

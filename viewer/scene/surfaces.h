@@ -18,8 +18,8 @@ struct SurfaceVertex {
   /// is w * (normal x tangent). For the fabric's coordinates, else for the normal texture's, where the file's
   /// own TANGENT takes precedence.
   V4f tangent;
-  V2f uv;           ///< of mapping 0; without whole repeats of each chart, so that floats resolve the texels
-  V2f whole{0, 0};  ///< these repeats
+  V2f uv;  ///< of mapping 0; without whole repeats of each chart, so that floats resolve the texels
+  V2f whole_repeats{0, 0};  ///< these repeats
 };
 
 /// Texture coordinates of a picture or fabric: one set of the file under one transform.
@@ -31,14 +31,14 @@ struct Mapping {
 };
 
 /// The different mappings of a material: first its fabric's, or else the base colour's, which is
-/// SurfaceVertex::uv; then the other textures'. `number_of` returns the index of a mapping.
+/// SurfaceVertex::uv; then the other textures'. `index_of` returns the index of a mapping.
 struct Mappings {
   std::vector<Mapping> list;
   /// Not 0: two more follow the list, from this number on. They hold the directions of growing u and of
   /// falling v of the normal texture in the plane of the fabric's frame, which are its x and y if there are
   /// none.
   int normal_frame = 0;
-  int number_of(const Mapping& mapping) const;
+  int index_of(const Mapping& mapping) const;
 };
 Mapping mapping_of(const TextureReference& texture);
 Mappings mappings_of(const SceneMaterial& material);
@@ -49,9 +49,9 @@ struct Surface {
   std::vector<SurfaceVertex> vertices;
   std::vector<std::uint32_t> indices;
   /// Coordinates of mappings 1, 2 ..., and of Mappings::normal_frame; per vertex; empty without coordinates.
-  std::vector<std::vector<V2f>> more_uvs;
-  std::vector<V4f> colors;             ///< linear factors on the base colour; empty: white
-  std::vector<std::uint8_t> streaked;  ///< Tangents::streaked of the fabric; empty: none
+  std::vector<std::vector<V2f>> extra_uvs;
+  std::vector<V4f> colors;                   ///< linear factors on the base colour; empty: white
+  std::vector<std::uint8_t> degenerate_uvs;  ///< Tangents::degenerate_uvs of the fabric; empty: none
 };
 
 /// All instances. Tangents come from compute_tangents, in world space after the texture transform; a

@@ -36,7 +36,7 @@ OfferedFabric offer_of(const std::string& path, std::uint64_t max_memory,
   options.supersample = 2;
   options.layers = 1;
   options.lights = shot.lights;
-  options.interrupted = &interrupted;
+  options.interrupt_flag = &interrupted;
   const Frame frame = value_or_throw(render(scene, fabrics, shot.camera, options));
   OfferedFabric offer{path, {}};
   to_display_bytes(frame, default_display(), offer.picture);
@@ -60,21 +60,20 @@ ShownPicture shown(const ShowPicture& picture, double divisor, std::int64_t fram
   ShownPicture result;
   static_cast<DrawnPicture&>(result) = picture.drawn();
   result.divisor = divisor;
-  result.frames = frames;
+  result.frame_count = frames;
   for (const SceneMaterial& material : picture.scene().materials)
     result.materials.push_back(!material.fabric ? "" : material.name.empty() ? "material" : material.name);
   for (const SceneFabric& fabric : picture.scene().fabrics) result.fabric_names.push_back(fabric.name);
   for (const Fabric& fabric : picture.fabrics())
     result.levels = std::max(result.levels, static_cast<int>(fabric.levels.size()));
-  result.own_lights = lights_of(picture.scene());
+  result.own_lights = scene_lights(picture.scene());
   return result;
 }
 
 }  // namespace
 
-BackgroundPicture::BackgroundPicture(std::unique_ptr<ShowPicture> picture, std::string garment,
-                                     std::string name, const SceneLimits& limits, GarmentWriter writer,
-                                     std::function<void()> wake)
+PictureThread::PictureThread(std::unique_ptr<ShowPicture> picture, std::string garment, std::string name,
+                             const SceneLimits& limits, GarmentWriter writer, std::function<void()> wake)
     : picture_(std::move(picture)),
       garment_(std::move(garment)),
       name_(std::move(name)),
@@ -83,7 +82,7 @@ BackgroundPicture::BackgroundPicture(std::unique_ptr<ShowPicture> picture, std::
       wake_(std::move(wake)),
       thread_([this] { run(); }) {}
 
-BackgroundPicture::~BackgroundPicture() {
+PictureThread::~PictureThread() {
   {
     const std::lock_guard lock(mutex_);
     closes_ = true;
@@ -94,7 +93,7 @@ BackgroundPicture::~BackgroundPicture() {
   thread_.join();
 }
 
-std::uint64_t BackgroundPicture::request(RenderRequest request) {
+std::uint64_t PictureThread::request(RenderRequest request) {
   std::uint64_t number = 0;
   {
     const std::lock_guard lock(mutex_);
@@ -102,25 +101,25 @@ std::uint64_t BackgroundPicture::request(RenderRequest request) {
     if (request.change != Change::none) interrupted_ = true;
     asked_ = true;
     next_ = std::move(request);
-    update_.finished = false;
+    update_.is_finished = false;
     number = ++requests_;
   }
   there_is_work_.notify_one();
   return number;
 }
 
-void BackgroundPicture::queue(const std::string& path, Action action, When when) {
+void PictureThread::queue(const std::string& path, Action action, When when) {
   {
     const std::lock_guard lock(mutex_);
     tasks_.push_back({when, path, action});
     if (when == When::at_once) interrupted_ = asked_ = true;
-    update_.finished = false;
+    update_.is_finished = false;
   }
   there_is_work_.notify_one();
 }
 
 /// The tasks whose time has come, under the mutex: all that are for at once, or one of the others.
-std::vector<BackgroundPicture::Task> BackgroundPicture::take_tasks() {
+std::vector<PictureThread::Task> PictureThread::take_tasks() {
   const auto take = [&](When when, std::size_t most) {
     std::vector<Task> taken;
     for (auto task = tasks_.begin(); task != tasks_.end() && taken.size() < most;) {
@@ -139,32 +138,32 @@ std::vector<BackgroundPicture::Task> BackgroundPicture::take_tasks() {
   return tasks.empty() ? take(When::between_samples, 1) : tasks;
 }
 
-RenderUpdate BackgroundPicture::poll() {
+RenderUpdate PictureThread::poll() {
   const std::lock_guard lock(mutex_);
   RenderUpdate rest;
-  rest.finished = update_.finished;
+  rest.is_finished = update_.is_finished;
   rest.generation = update_.generation;
-  rest.probed = update_.probed;
+  rest.probed_point = update_.probed_point;
   rest.probe = update_.probe;
   rest.probe_request = update_.probe_request;
   return std::exchange(update_, std::move(rest));
 }
 
 /// Changes the update under the mutex, then wakes the window.
-void BackgroundPicture::post(const std::function<void(RenderUpdate&)>& change) {
+void PictureThread::post(const std::function<void(RenderUpdate&)>& change) {
   {
     const std::lock_guard lock(mutex_);
     change(update_);
-    update_.finished = !next_ && tasks_.empty() && stage_ >= Stage::samples && !probes_;
+    update_.is_finished = !next_ && tasks_.empty() && stage_ >= Stage::samples && !probes_;
   }
   wake_();
 }
 
-void BackgroundPicture::post_message(const std::string& message) {
+void PictureThread::post_message(const std::string& message) {
   post([&](RenderUpdate& update) { update.messages.push_back(message); });
 }
 
-void BackgroundPicture::run() {
+void PictureThread::run() {
   for (;;) {
     std::vector<Task> tasks;
     {
@@ -196,17 +195,17 @@ void BackgroundPicture::run() {
   picture_.reset();
 }
 
-void BackgroundPicture::perform(const Task& task) {
+void PictureThread::perform(const Task& task) {
   const auto said =
-      guarded(task.path, [&]() -> Result<std::string> { return (this->*task.action)(task.path); });
+      catch_exceptions(task.path, [&]() -> Result<std::string> { return (this->*task.action)(task.path); });
   post([&](RenderUpdate& update) {
     // Only the faults of the fabrics of a folder are worth a line.
-    if (!said || task.action != &BackgroundPicture::offer)
+    if (!said || task.action != &PictureThread::offer)
       update.messages.push_back(said ? *said : to_line(said.error()));
   });
 }
 
-void BackgroundPicture::accept(RenderRequest request) {
+void PictureThread::accept(RenderRequest request) {
   if (request.generation != generation_) return;
   if (request.size != request_.size) request.change = std::max(request.change, Change::frame);
   change_ = std::max(change_, request.change);
@@ -216,7 +215,7 @@ void BackgroundPicture::accept(RenderRequest request) {
 }
 
 /// One step of the way from the request to its best picture.
-void BackgroundPicture::step() {
+void PictureThread::step() {
   if (stage_ == Stage::first) {
     draw_first();
   } else if (stage_ == Stage::full) {
@@ -230,7 +229,7 @@ void BackgroundPicture::step() {
 }
 
 /// The first picture of the request, which is small where a large one takes long.
-void BackgroundPicture::draw_first() {
+void PictureThread::draw_first() {
   const double divisor = change_ == Change::display ? divisor_ : pace_.divisor();
   if (auto good = picture_->update(request_.state, change_, request_.size, divisor, &closes_); !good) {
     if (!good_) throw Failure{good.error()};
@@ -254,10 +253,10 @@ void BackgroundPicture::draw_first() {
   stage_ = divisor > 1 ? Stage::full : Stage::samples;
   show();
   // The wheel wants to know what is under the mouse; the probe of the full picture follows.
-  if (divisor > 1 && request_.probed) probe();
+  if (divisor > 1 && request_.probed_point) probe();
 }
 
-void BackgroundPicture::draw_in_full() {
+void PictureThread::draw_in_full() {
   const auto good = picture_->update(request_.state, Change::frame, request_.size, 1, &interrupted_);
   // A part of a picture is of no use, not even for another display of it.
   if (!good || interrupted_) change_ = std::max(change_, Change::frame);
@@ -277,7 +276,7 @@ void BackgroundPicture::draw_in_full() {
   show();
 }
 
-void BackgroundPicture::add_samples() {
+void PictureThread::add_samples() {
   const Result<bool> more = picture_->refine(request_.state, &asked_);
   if (more && *more) {
     show();
@@ -289,57 +288,57 @@ void BackgroundPicture::add_samples() {
   }
 }
 
-void BackgroundPicture::show(const std::optional<ShownGarment>& garment) {
+void PictureThread::show(const std::optional<ShownGarment>& garment) {
   auto picture = std::make_shared<const ShownPicture>(shown(*picture_, divisor_, frames_));
   post([&](RenderUpdate& update) {
     update.picture = std::move(picture);
     if (!garment) return;
     update.garment = garment;
     update.state.reset();
-    update.worn.reset();
+    update.worn_fabrics.reset();
     update.generation = generation_;
-    update.probed.reset();
+    update.probed_point.reset();
     update.probe.reset();
   });
 }
 
-void BackgroundPicture::probe() {
+void PictureThread::probe() {
   std::optional<PixelProbe> seen;
   std::string message;
-  if (request_.probed) {
-    Result<std::optional<PixelProbe>> found = picture_->probe(*request_.probed);
+  if (request_.probed_point) {
+    Result<std::optional<PixelProbe>> found = picture_->probe(*request_.probed_point);
     if (found)
       seen = std::move(*found);
     else
       message = to_line(found.error());
   }
   post([&](RenderUpdate& update) {
-    update.probed = request_.probed;
+    update.probed_point = request_.probed_point;
     update.probe = std::move(seen);
     update.probe_request = number_;
     if (!message.empty()) update.messages.push_back(message);
   });
 }
 
-std::string BackgroundPicture::add(const std::string& path) {
+std::string PictureThread::add(const std::string& path) {
   std::error_code unknown;
   if (std::filesystem::is_directory(path, unknown)) {
     const std::vector<std::string> fabrics = fabrics_in(path);
     if (fabrics.empty())
       throw Failure{{Code::file_missing, path, {}, "there is no fabric file in this folder"}};
     for (const std::string& fabric : fabrics)
-      if (offered_.insert(fabric).second) queue(fabric, &BackgroundPicture::offer, When::between_samples);
+      if (offered_.insert(fabric).second) queue(fabric, &PictureThread::offer, When::between_samples);
   } else if (has_ending(path, ".glb") || has_ending(path, ".gltf")) {
     return show_garment(path, path, false);
   } else if (const auto fabric = FabricReader::open(path)) {
-    if (wears_nothing(picture_->scene())) return put_on(path);
+    if (has_no_fabric(picture_->scene())) return put_on(path);
     add_fabric(path);
     change_ = Change::scene;
     stage_ = Stage::first;
   } else if (const auto read = read_environment(path, {}, limits_.document.memory)) {
     post([&](RenderUpdate& update) {
       update.environments.push_back(
-          std::make_shared<const Surroundings>(Surroundings{path, *read, divide(*read)}));
+          std::make_shared<const Surroundings>(Surroundings{path, *read, split_light(*read)}));
     });
     return fmt::format("{}", fmt::join(read->remarks, "\n"));
   } else {
@@ -348,42 +347,41 @@ std::string BackgroundPicture::add(const std::string& path) {
   return {};
 }
 
-void BackgroundPicture::add_fabric(const std::string& path) {
+void PictureThread::add_fabric(const std::string& path) {
   if (added_.contains(path)) return;
   value_or_throw(picture_->add_fabric(path));
   added_[path] = static_cast<int>(picture_->fabrics().size()) - 1;
 }
 
-std::string BackgroundPicture::offer(const std::string& path) {
+std::string PictureThread::offer(const std::string& path) {
   OfferedFabric offered = offer_of(path, limits_.document.memory, asked_);
   if (asked_)
-    queue(path, &BackgroundPicture::offer, When::between_samples);  // the picture comes first
+    queue(path, &PictureThread::offer, When::between_samples);  // the picture comes first
   else
     post([&](RenderUpdate& update) { update.offers.push_back(std::move(offered)); });
   return {};
 }
 
-std::string BackgroundPicture::put_on(const std::string& path) {
-  if (wears_nothing(picture_->scene()))
+std::string PictureThread::put_on(const std::string& path) {
+  if (has_no_fabric(picture_->scene()))
     return show_garment(garment_writer_.dress(garment_, path), name_, true);
   add_fabric(path);
   std::vector<int> worn = fabrics_of(picture_->scene());
   for (int& fabric : worn) fabric = fabric < 0 ? -1 : added_[path];
-  request_.state.worn.fabrics = worn;
-  request_.state.hidden.clear();
+  request_.state.worn_fabrics.fabrics = worn;
+  request_.state.hidden_fabrics.clear();
   change_ = Change::scene;
   stage_ = Stage::first;
   ++generation_;
   post([&](RenderUpdate& update) {
-    update.worn = request_.state.worn;
+    update.worn_fabrics = request_.state.worn_fabrics;
     update.generation = generation_;
   });
   return {};
 }
 
 /// The garment before stays until a picture of the other one is there. `name`: of what the user has opened.
-std::string BackgroundPicture::show_garment(const std::string& path, const std::string& name,
-                                            bool keeps_camera) {
+std::string PictureThread::show_garment(const std::string& path, const std::string& name, bool keeps_camera) {
   LoadedScene scene = value_or_throw(load_scene(path, {}, limits_));
   std::string remarks = fmt::format("{}", fmt::join(scene.scene.remarks, "\n"));
   auto picture = value_or_throw(ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics)));
@@ -391,9 +389,9 @@ std::string BackgroundPicture::show_garment(const std::string& path, const std::
   const ShowState first = value_or_throw(picture->first_state({}, aspect));
   ShowState state = request_.state;
   if (!keeps_camera) state.camera = first.camera;
-  state.worn = first.worn;
-  state.beside.reset();
-  state.hidden.clear();
+  state.worn_fabrics = first.worn_fabrics;
+  state.compared_fabrics.reset();
+  state.hidden_fabrics.clear();
   pace_ = {};
   const double divisor = pace_.divisor();
   value_or_throw(picture->update(state, Change::scene, request_.size, divisor, &closes_));
@@ -408,7 +406,7 @@ std::string BackgroundPicture::show_garment(const std::string& path, const std::
   added_.clear();
   ++frames_;
   ++generation_;
-  show(ShownGarment{name, keeps_camera ? std::nullopt : std::optional(first.camera), first.worn});
+  show(ShownGarment{name, keeps_camera ? std::nullopt : std::optional(first.camera), first.worn_fabrics});
   return remarks;
 }
 
@@ -424,7 +422,7 @@ std::string free_file(const std::string& stem, const char* ending) {
 
 }  // namespace
 
-std::string BackgroundPicture::write_picture(const std::string& stem) {
+std::string PictureThread::write_picture(const std::string& stem) {
   const Frame& frame = picture_->frame();
   Image image{frame.width, frame.height, 3, {}};
   image.pixels.reserve(frame.pixels.size() * 3);
@@ -435,9 +433,9 @@ std::string BackgroundPicture::write_picture(const std::string& stem) {
   return "saved " + path;
 }
 
-std::string BackgroundPicture::write_garment(const std::string& stem) {
+std::string PictureThread::write_garment(const std::string& stem) {
   const std::string path = free_file(stem, ".glb");
-  const std::string remarks = garment_writer_.save(garment_, picture_->dressed(), path);
+  const std::string remarks = garment_writer_.save(garment_, picture_->dressed_scene(), path);
   return "saved " + path + (remarks.empty() ? "" : "\n" + remarks);
 }
 

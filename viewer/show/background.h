@@ -27,16 +27,16 @@ inline constexpr int thumbnail_side = 96;
 /// The picture that a window asks for.
 struct RenderRequest {
   ShowState state;
-  Change change = Change::none;    ///< since the last request
-  V2i size{1, 1};                  ///< of the picture, pixels
-  std::optional<V2d> probed = {};  ///< a point of it, as in ShowPicture::probe()
+  Change change = Change::none;          ///< since the last request
+  V2i size{1, 1};                        ///< of the picture, pixels
+  std::optional<V2d> probed_point = {};  ///< a point of it, as in ShowPicture::probe()
   int generation = 0;  ///< RenderUpdate::generation of the state; a request of an older one is dropped
 };
 
-/// A picture, and what the panel tells of it and of the scene.
+/// A picture, and what the panel says of it and of the scene.
 struct ShownPicture : DrawnPicture {
   double divisor = 1;                     ///< it is smaller than the request by so much per side
-  std::int64_t frames = 0;                ///< drawn so far, samples of pictures at rest not counted
+  std::int64_t frame_count = 0;           ///< drawn so far, samples of pictures at rest not counted
   std::vector<std::string> materials;     ///< names; empty names for those without fabric
   std::vector<std::string> fabric_names;  ///< to choose from
   int levels = 1;                 ///< the most that a fabric has, coarser than any that the file leaves out
@@ -47,28 +47,29 @@ struct ShownPicture : DrawnPicture {
 struct ShownGarment {
   std::string path;
   std::optional<CameraOptions> camera;  ///< nullopt: the window keeps its camera
-  FabricChoice worn;
+  FabricChoice worn_fabrics;
 };
 
 /// Changes since the last poll().
 struct RenderUpdate {
   std::shared_ptr<const ShownPicture> picture;  ///< null: no other than before
-  /// The last point that was probed (RenderRequest::probed), and the surface there.
-  std::optional<V2d> probed;
+  /// The last point that was probed (RenderRequest::probed_point), and the surface there.
+  std::optional<V2d> probed_point;
   std::optional<PixelProbe> probe;
   std::uint64_t probe_request = 0;  ///< the number of its request
   /// A new garment (the one in `picture`), or the last valid state if the request failed. Requests of the
   /// generation before are dropped.
   std::optional<ShownGarment> garment;
   std::optional<ShowState> state;
-  std::optional<FabricChoice> worn;  ///< was put on, after all of these; the generation is another, too
+  std::optional<FabricChoice>
+      worn_fabrics;  ///< was put on, after all of these; the generation is another, too
   int generation = 0;
   std::vector<std::shared_ptr<const Surroundings>> environments;  ///< that were added
   std::vector<OfferedFabric> offers;                              ///< that were added
   std::vector<std::string> messages;  ///< errors and remarks, a line each; an empty one: a file was added
   std::optional<Error> failure;       ///< nothing can be drawn any more
   /// The last request has its picture in full size, and its probe.
-  bool finished = false;
+  bool is_finished = false;
 };
 
 /// Functions that write files of garments; called from the thread of the picture. They throw Failure.
@@ -79,35 +80,31 @@ struct GarmentWriter {
   std::function<std::string(const std::string& garment, const Scene& worn, const std::string& output)> save;
 };
 
-class BackgroundPicture {
+class PictureThread {
  public:
   /// `garment`: the file of the picture's scene, `name` the one that the user has named. Calls `wake` from
   /// its thread whenever there is an update. `limits` hold for garments that are added.
-  BackgroundPicture(std::unique_ptr<ShowPicture> picture, std::string garment, std::string name,
-                    const SceneLimits& limits, GarmentWriter writer, std::function<void()> wake);
+  PictureThread(std::unique_ptr<ShowPicture> picture, std::string garment, std::string name,
+                const SceneLimits& limits, GarmentWriter writer, std::function<void()> wake);
   /// Ends what is being drawn.
-  ~BackgroundPicture();
+  ~PictureThread();
 
   /// Replaces the request before; a change ends what is being drawn for that, except its small first picture.
   /// Returns the request's number.
   std::uint64_t request(RenderRequest request);
   /// Adds a fabric, a folder of fabrics or an environment to choose from, or shows another garment.
-  void add_file(const std::string& path) { queue(path, &BackgroundPicture::add, When::at_once); }
+  void add_file(const std::string& path) { queue(path, &PictureThread::add, When::at_once); }
   /// Puts a fabric on everything that wears one, or dresses a garment on which nothing does.
-  void wear(const std::string& path) { queue(path, &BackgroundPicture::put_on, When::at_once); }
+  void wear(const std::string& path) { queue(path, &PictureThread::put_on, When::at_once); }
   /// Writes the picture once it has all samples, to the first free name of STEM-1.png, STEM-2.png ...
-  void save_picture(const std::string& stem) {
-    queue(stem, &BackgroundPicture::write_picture, When::at_rest);
-  }
+  void save_picture(const std::string& stem) { queue(stem, &PictureThread::write_picture, When::at_rest); }
   /// Writes the garment as it is worn then, to STEM-1.glb and so on.
-  void save_garment(const std::string& stem) {
-    queue(stem, &BackgroundPicture::write_garment, When::at_rest);
-  }
+  void save_garment(const std::string& stem) { queue(stem, &PictureThread::write_garment, When::at_rest); }
   RenderUpdate poll();
 
  private:
   enum class When { at_once, between_samples, at_rest };
-  using Action = std::string (BackgroundPicture::*)(const std::string& path);
+  using Action = std::string (PictureThread::*)(const std::string& path);
   struct Task {
     When when;
     std::string path;

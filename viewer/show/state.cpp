@@ -11,12 +11,13 @@ namespace selvedge {
 namespace {
 
 V3d to_camera_frame(const Camera& camera, const V3d& d) {
-  return {d.dot(camera.right), d.dot(camera.up), d.dot(camera.back())};
+  return {d.dot(camera.right), d.dot(camera.up), d.dot(camera.image_normal())};
 }
 
 EnvironmentLight light_of(const ShowState& state) {
-  return turned(state.environments[state.environment]->light,
-                {static_cast<double>(state.turn), static_cast<double>(state.strength)});
+  return with_options(
+      state.environments[state.environment]->light,
+      {static_cast<double>(state.environment_turn), static_cast<double>(state.environment_strength)});
 }
 
 }  // namespace
@@ -31,51 +32,52 @@ Change apply(const ShowInput& input, double aspect, double size, ShowState& stat
       pan(state.camera, input.drag);
       break;
     case ShowInput::Grip::light:
-      turn_held_light(input.drag, axes_of(state.camera), state);
+      turn_dragged_light(input.drag, axes_of(state.camera), state);
       break;
   }
-  if (input.wheel > 0 && input.seen) orbit_about(state.camera, *input.seen);
+  if (input.wheel > 0 && input.cursor_point) orbit_about(state.camera, *input.cursor_point);
   if (input.wheel != 0) dolly(state.camera, input.wheel, input.cursor, aspect, size);
   return Change::frame;
 }
 
-void turn_held_light(const V2d& drag, const Camera& camera, ShowState& state) {
-  if (state.held_light >= state.lights.size() ||
-      state.lights[state.held_light].kind != LightKind::directional) {
+void turn_dragged_light(const V2d& drag, const Camera& camera, ShowState& state) {
+  if (state.dragged_light >= state.lights.size() ||
+      state.lights[state.dragged_light].kind != LightKind::directional) {
     if (state.environment >= 0)
-      state.turn = static_cast<float>(std::remainder(static_cast<double>(state.turn) + 180 * drag.x, 360));
+      state.environment_turn =
+          static_cast<float>(std::remainder(static_cast<double>(state.environment_turn) + 180 * drag.x, 360));
     return;
   }
-  V3d& direction = state.lights[state.held_light].direction;
+  V3d& direction = state.lights[state.dragged_light].direction;
   if (state.lights_in_camera_frame) {
     direction = turn_light(direction, drag);
   } else {
-    direction = from_camera_frame(camera, turn_light(to_camera_frame(camera, direction), drag));
+    direction = camera_to_world(camera, turn_light(to_camera_frame(camera, direction), drag));
   }
 }
 
-bool next_fabrics(int count, ShowState& state) {
+bool wear_next_fabric(int count, ShowState& state) {
   if (count < 1) return false;
-  const std::vector<int> before = state.worn.fabrics;
-  for (int& fabric : state.worn.fabrics) {
+  const std::vector<int> before = state.worn_fabrics.fabrics;
+  for (int& fabric : state.worn_fabrics.fabrics) {
     if (fabric >= 0) fabric = (fabric + 1) % count;
   }
-  return state.worn.fabrics != before;
+  return state.worn_fabrics.fabrics != before;
 }
 
-bool show_core(ShowState& state) {
-  if (!state.hidden.empty()) {
-    state.worn.fabrics = std::exchange(state.hidden, {});
+bool toggle_core_materials(ShowState& state) {
+  if (!state.hidden_fabrics.empty()) {
+    state.worn_fabrics.fabrics = std::exchange(state.hidden_fabrics, {});
     return true;
   }
-  state.hidden = state.worn.fabrics;
-  std::ranges::fill(state.worn.fabrics, -1);
-  return state.worn.fabrics != state.hidden;
+  state.hidden_fabrics = state.worn_fabrics.fabrics;
+  std::ranges::fill(state.worn_fabrics.fabrics, -1);
+  return state.worn_fabrics.fabrics != state.hidden_fabrics;
 }
 
-Change switch_beside(ShowState& state) {
-  state.beside = state.beside ? std::nullopt : std::optional(state.worn);
-  state.bar = 0.5F;
+Change toggle_comparison(ShowState& state) {
+  state.compared_fabrics = state.compared_fabrics ? std::nullopt : std::optional(state.worn_fabrics);
+  state.divider = 0.5F;
   return Change::scene;
 }
 
@@ -83,19 +85,19 @@ void switch_light_frame(ShowState& state) {
   const Camera camera = axes_of(state.camera);
   for (Light& light : state.lights) {
     if (light.kind != LightKind::directional) continue;
-    light.direction = state.lights_in_camera_frame ? from_camera_frame(camera, light.direction)
+    light.direction = state.lights_in_camera_frame ? camera_to_world(camera, light.direction)
                                                    : to_camera_frame(camera, light.direction);
   }
   state.lights_in_camera_frame = !state.lights_in_camera_frame;
 }
 
-float usual_exposure(const ShowState& state) {
+float default_exposure(const ShowState& state) {
   return state.environment >= 0 && state.lights.empty() ? 1 : default_display().exposure;
 }
 
 std::vector<Light> lights_in_world(const ShowState& state, const Camera& camera) {
   std::vector<Light> lights =
-      state.lights_in_camera_frame ? from_camera_frame(camera, state.lights) : state.lights;
+      state.lights_in_camera_frame ? camera_to_world(camera, state.lights) : state.lights;
   if (state.environment < 0 && lights.empty()) return default_lights(camera);
   if (state.environment >= 0) {
     const std::vector<Light> lamps = light_of(state).lamps;
@@ -104,10 +106,10 @@ std::vector<Light> lights_in_world(const ShowState& state, const Camera& camera)
   return lights;
 }
 
-std::optional<SmoothLight> around_in_world(const ShowState& state) {
+std::optional<SmoothLight> smooth_light_in_world(const ShowState& state) {
   SmoothLight around;
-  if (state.environment >= 0) around = light_of(state).rest;
-  around.factors[0] += V3f(state.ambient * std::numbers::inv_pi_v<float>);
+  if (state.environment >= 0) around = light_of(state).smooth_light;
+  around.coefficients[0] += V3f(state.ambient * std::numbers::inv_pi_v<float>);
   return around == SmoothLight() ? std::nullopt : std::optional(around);
 }
 

@@ -27,29 +27,29 @@ struct FabricChoice {
 };
 
 struct ShowState {
-  CameraOptions camera;        ///< an orbit (orbit.h)
-  std::vector<Light> lights;   ///< see lights_in_camera_frame
-  std::size_t held_light = 0;  ///< index of the light that drags turn
+  CameraOptions camera;           ///< an orbit (orbit.h)
+  std::vector<Light> lights;      ///< see lights_in_camera_frame
+  std::size_t dragged_light = 0;  ///< index of the light that drags turn
   /// Whether directional lights are in the camera's axes, else in the world's.
   bool lights_in_camera_frame = true;
   std::vector<std::shared_ptr<const Surroundings>> environments;  ///< to choose from
   int environment = -1;                                           ///< of these; -1: none
-  float turn = 0;                                                 ///< of the environment, EnvironmentOptions
-  float strength = 1;                                             ///< of the environment, EnvironmentOptions
-  bool backdrop = false;                                          ///< it is shown behind the scene
-  float backdrop_blur = 0;                                        ///< as by a mirror of this roughness
+  float environment_turn = 0;                                     ///< of the environment, EnvironmentOptions
+  float environment_strength = 1;                                 ///< of the environment, EnvironmentOptions
+  bool has_backdrop = false;                                      ///< it is shown behind the scene
+  float backdrop_roughness = 0;                                   ///< as by a mirror of this roughness
   float ambient = 0;                                              ///< radiance from all sides, times pi
-  int shadows = 0;                                                ///< as in DrawOptions
+  int shadow_map_size = 0;                                        ///< as in DrawOptions
   DisplayOptions display;
   LevelOptions levels;
   int layers = 8;
-  std::size_t image_memory = CellImageOptions{}.memory;
+  std::size_t image_memory_bytes = CellImageOptions{}.memory;
   int path = static_cast<int>(RenderPath::raster);
-  FabricChoice worn;
-  std::vector<int> hidden;  ///< the fabrics while the core materials are shown, or empty
+  FabricChoice worn_fabrics;
+  std::vector<int> hidden_fabrics;  ///< the fabrics while the core materials are shown, or empty
   /// Worn left of the bar, to be compared.
-  std::optional<FabricChoice> beside;
-  float bar = 0.5F;  ///< in [0, 1], from the left side of the picture
+  std::optional<FabricChoice> compared_fabrics;
+  float divider = 0.5F;  ///< in [0, 1], from the left side of the picture
   bool probes = true;
   double frame_seconds = 1.0 / 30;  ///< within which a picture that moves is drawn, smaller if need be
 };
@@ -61,10 +61,10 @@ enum class Change { none, display, frame, scene };
 struct ShowInput {
   enum class Grip { turn, pan, light };
   Grip grip = Grip::turn;
-  V2d drag{0, 0};                ///< in heights of the window, x to the right, y up
-  double wheel = 0;              ///< steps; positive towards the scene
-  V2d cursor{0, 0};              ///< in [-1, 1]^2, y up
-  std::optional<V3d> seen = {};  ///< the point under the cursor; world, m
+  V2d drag{0, 0};                        ///< in heights of the window, x to the right, y up
+  double wheel = 0;                      ///< steps; positive towards the scene
+  V2d cursor{0, 0};                      ///< in [-1, 1]^2, y up
+  std::optional<V3d> cursor_point = {};  ///< the point under the cursor; world, m
   bool moves() const { return drag != V2d(0, 0) || wheel != 0; }
 };
 
@@ -73,29 +73,29 @@ Change apply(const ShowInput& input, double aspect, double size, ShowState& stat
 
 /// Turns the environment, or without one the held light, by a drag. Does nothing without a light, or if
 /// it is a point or spot light.
-void turn_held_light(const V2d& drag, const Camera& camera, ShowState& state);
+void turn_dragged_light(const V2d& drag, const Camera& camera, ShowState& state);
 
 /// Puts the next of `count` fabrics on every material that has one. Returns whether anything changed.
-bool next_fabrics(int count, ShowState& state);
+bool wear_next_fabric(int count, ShowState& state);
 
 /// Takes the fabrics away, so that the core materials show, or puts them back. Returns whether anything
 /// changed.
-bool show_core(ShowState& state);
+bool toggle_core_materials(ShowState& state);
 
 /// Keeps what is worn beside what will be chosen from now on, or ends that.
-Change switch_beside(ShowState& state);
+Change toggle_comparison(ShowState& state);
 
 /// Converts the lights' directions to the other axes; the picture does not change.
 void switch_light_frame(ShowState& state);
 
 /// The exposure that shows white as white in the chosen light: 1 in an environment, else pi.
-float usual_exposure(const ShowState& state);
+float default_exposure(const ShowState& state);
 
 /// The lights in world space, with the environment's lamps.
 std::vector<Light> lights_in_world(const ShowState& state, const Camera& camera);
 
 /// Smooth light from all around: the rest of the environment, and ambient light.
-std::optional<SmoothLight> around_in_world(const ShowState& state);
+std::optional<SmoothLight> smooth_light_in_world(const ShowState& state);
 
 /// How much smaller a moving picture is drawn. Sizes change by steps of 1.26 a side, after two frames in a
 /// row that say so: they do not alternate, nor follow what another program does for a moment.

@@ -17,7 +17,7 @@ export class CellModule {
   /** Views of memory, which moves where it grows. */
   #floats = (at, count) => new Float32Array(this.#of.memory.buffer, at, count);
   #words = (at, count) => new Int32Array(this.#of.memory.buffer, at, count);
-  /** Room for so many numbers, as { floats, words }. */
+  /** Room for `count` numbers, as { floats, words }. */
   #input(count) {
     const at = this.#of.input(count);
     return {floats: this.#floats(at, count), words: this.#words(at, count)};
@@ -110,7 +110,7 @@ export class CellModule {
   /** Makes images of the next `count` patches. Returns how many are left. */
   make_images = (number, count) => this.#of.make_images(number, count);
   /**
-   * { first, entries, tiles, missing, wanted }: a garment's part of the table, all tiles, and of so many patches in front
+   * { first, entries, tiles, missing, wanted }: a garment's part of the table, all tiles, and of that many patches in front
    * those without an image.
    */
   table(number) {

@@ -5,7 +5,7 @@
 // the middle column seen along -z, the column a quarter to the right along +x.
 const {PI, cos, floor, hypot, max, sin} = Math;
 const MOST_WIDTH = 512, LAMP_COSINE = cos(20 * PI / 180), LAMP_BRIGHTNESS = 4, LEAST_LAMP = 0.01;
-export const MOST_LAMPS = 4;
+export const MAX_LAMPS = 4;
 /** Integrals of the clamped cosine and the nine functions. */
 export const AROUND_WEIGHTS = [1, 2 / 3, 2 / 3, 2 / 3, 1 / 4, 1 / 4, 1 / 4, 1 / 4, 1 / 4].map((weight) => weight * Math.PI);
 
@@ -90,7 +90,7 @@ export function take_lamps(picture) {
     for (let c = 0; c < 3; ++c) whole[c] += radiance[at + c] * angle;
   });
   let left = whole;
-  while (lamps.length < MOST_LAMPS) {
+  while (lamps.length < MAX_LAMPS) {
     const mean = left.map((x) => x / (4 * PI)), least = LAMP_BRIGHTNESS * brightness(...mean);
     const towards = strongest_part(rest, least);
     if (!towards) break;

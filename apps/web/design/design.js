@@ -217,7 +217,7 @@ view.started.then(async () => {
   garment = new GarmentEditor(view);
   [{fabric: stage.cloth}] = view.materials;
   await garment.fit(stage.garments[0], stage.cloth);
-  stage.changed = async () => {
+  stage.variant_changed = async () => {
     await garment.fit(stage.garments[0], stage.cloth);
     show_parts();
   };

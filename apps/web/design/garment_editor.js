@@ -7,7 +7,7 @@ import {NAME, dressed, fabric_of, parts_of, print_of, read_glb} from './garment.
 import {picture_of} from './fabric_file.js';
 
 const LARGEST = 128e6, NO_CLOTH = /skin|hair|eye|lash|brow|teeth|tooth|tongue|head|face|hand|body|nail|button|zip|buckle|metal|sole|glass|lens/i;
-/** Cloth whose texture coordinates are missing or stretched more than so many times one way on so much of its area is laid flat. */
+/** Cloth whose texture coordinates are missing or stretched more than this, one way against the other, on more than this fraction of its area is laid flat. */
 const USELESS = 4, UNUSABLE = 0.1;
 
 function median(values) {

@@ -98,7 +98,7 @@ class Decoder {
   }
   float linear(float stored) {
     if (known_.empty()) return srgb_to_linear(stored);
-    float& known = known_[static_cast<std::size_t>(stored * largest_ + 0.5F)];
+    float& known = known_[static_cast<std::size_t>(std::lround(stored * largest_))];
     if (known < 0) known = srgb_to_linear(stored);
     return known;
   }
@@ -136,7 +136,7 @@ void divide_by_counts(Image& image, const OIIO::ImageSpec& spec) {
 }
 
 /// Some readers fail without a word, others with one for each channel.
-std::string reason_of(const OIIO::ImageInput& input) {
+std::string exception_message(const OIIO::ImageInput& input) {
   const std::string text = input.geterror();
   if (text.starts_with("Subsampled")) return "has channels of fewer pixels (RY, BY): save it with R, G and B";
   return text.empty() ? "cannot be decoded" : text.substr(0, text.find('\n'));
@@ -174,10 +174,10 @@ Result<std::vector<Image>> read_pixels(OIIO::ImageInput& input, std::size_t file
   // A reader may hold its file once more, and all pixels as they are stored: interlaced ones, progressive
   // ones, the pixels of one strip or tile.
   MemoryAccount account(limits.memory);
-  if (!account.take(file_bytes, 2) || !account.take(most, spec.pixel_bytes(true)) ||
-      !account.take(tiled ? most : std::int64_t{strip} * spec.width, channels * sizeof(float)) ||
-      !account.take(values, sizeof(float)))
-    return tl::unexpected<Error>(beyond_memory(name, "", size, limits.memory));
+  if (!account.try_reserve(file_bytes, 2) || !account.try_reserve(most, spec.pixel_bytes(true)) ||
+      !account.try_reserve(tiled ? most : std::int64_t{strip} * spec.width, channels * sizeof(float)) ||
+      !account.try_reserve(values, sizeof(float)))
+    return tl::unexpected<Error>(memory_limit_error(name, "", size, limits.memory));
   for (Image& image : images) image.pixels.reserve(std::size_t{4} * image.width * image.height);
   const bool decode = transfer == Transfer::srgb && !spec.format.is_floating_point();
   // WebP's reader multiplies colours by alpha, whatever it is asked for.
@@ -191,7 +191,7 @@ Result<std::vector<Image>> read_pixels(OIIO::ImageInput& input, std::size_t file
     const bool read = tiled ? input.read_image(part, 0, 0, spec.nchannels, floats, stored.data())
                             : input.read_scanlines(part, 0, spec.y + first, spec.y + end, 0, 0,
                                                    spec.nchannels, floats, stored.data());
-    if (!read) return fail(Code::image_unreadable, name, "", reason_of(input));
+    if (!read) return fail(Code::image_unreadable, name, "", exception_message(input));
     for (std::int64_t y = first; y < end; ++y) {
       const float* from = &stored[(y - first) * spec.width * channels];
       for (std::int64_t x = 0; x < spec.width; ++x) {
@@ -221,7 +221,7 @@ Result<std::vector<Image>> read_pixels(OIIO::ImageInput& input, std::size_t file
       convert_to_rec709(given, image.pixels);
     }
     const V2i corner(spec.full_x - spec.x, spec.full_y - spec.y);
-    if (has_display) image.display = {corner, corner + V2i(spec.full_width - 1, spec.full_height - 1)};
+    if (has_display) image.display_window = {corner, corner + V2i(spec.full_width - 1, spec.full_height - 1)};
   }
   return images;
 }
@@ -301,7 +301,7 @@ Result<std::vector<Image>> read(const char* format, std::span<const std::uint8_t
     OIIO::Filesystem::IOProxy* proxy = &source;
     config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
     OIIO::ImageSpec spec;
-    if (!input->open(name, spec, config)) return refuse(reason_of(*input));
+    if (!input->open(name, spec, config)) return refuse(exception_message(*input));
     constexpr std::size_t max_tried = 4;
     Result<std::vector<Image>> images;
     const std::vector<Layer> layers = layers_of(*input);

@@ -42,7 +42,8 @@ TEST_CASE("what the window saves is worn as it was there, embedded or beside, tu
         CHECK((a.offset - b.offset).length() < 1e-9);
         CHECK((a.scale / b.scale - V2d(1, 1)).length() < 1e-9);
         CHECK(std::abs(std::remainder(a.rotation - b.rotation, 2 * std::numbers::pi)) < 1e-9);
-        CHECK((worn.materials[i].kept.tint - saved.materials[i].kept.tint).length() < 1e-6F);
+        CHECK((worn.materials[i].garment_textures.tint - saved.materials[i].garment_textures.tint).length() <
+              1e-6F);
         const SceneFabric& fabric = saved.fabrics[saved.materials[i].fabric->fabric];
         const Fabric read = need(read_fabric(std::span(fabric.bytes), fabric.name));
         CHECK(V2d(read.period_mm) == V2d(fabrics[chosen].period_mm));
@@ -52,7 +53,8 @@ TEST_CASE("what the window saves is worn as it was there, embedded or beside, tu
   }
   SUBCASE("nothing that wears a fabric is nothing to save") {
     const Scene bare = change_fabrics(open.scene, fabrics, std::vector<int>(open.scene.materials.size(), -1));
-    const auto saved = result_of([&] { return writer.save(shop.garment, bare, shop.folder / "none.glb"); });
+    const auto saved =
+        catch_failure([&] { return writer.save(shop.garment, bare, shop.folder / "none.glb"); });
     CHECK(error_of(saved).code == Code::garment_empty);
     CHECK_FALSE(std::filesystem::exists(shop.folder / "none.glb"));
   }

@@ -41,7 +41,7 @@ struct Seen {
 };
 
 Seen bake_mesh(const CellMesh& mesh, const BakeOptions& options) {
-  SideSamples front = samples_of(test::need(bake(mesh, "test", options)).samples, Side::front);
+  SideSamples front = side_samples(test::need(bake(mesh, "test", options)).samples, Side::front);
   return {std::move(front.header), std::move(front.level),
           std::move(front.pairs[index_of(PairKind::held_out)])};
 }
@@ -51,9 +51,9 @@ Seen bake_mesh(const CellMesh& mesh, const BakeOptions& options) {
 TEST_CASE("a Lambert plane's samples are albedo / pi times the cosine, whatever its size") {
   for (const float period : {1e-3F, 1.0F, 5.0F, 1e3F}) {
     const Seen b = bake_mesh(floor_of(period, 1, 0.6F), small_bake());
-    const std::vector<V3f> lights = directions_of(b.header.lights);
+    const std::vector<V3f> lights = cell_directions(b.header.lights);
     for (const float alpha : b.level.alpha) CHECK(alpha == 1);
-    for (const V3f& n : b.level.normal) CHECK(n.z == doctest::Approx(16));
+    for (const V3f& n : b.level.normal_sum) CHECK(n.z == doctest::Approx(16));
     for (std::size_t i = 0; i < b.level.radiance.size(); ++i) {
       const double expected = 0.6 / pi * static_cast<double>(lights[i % lights.size()].z);
       // Samples are stored in half precision: 2^-11 relative.
@@ -124,7 +124,7 @@ TEST_CASE("holes are where there is no yarn, and radiance is not multiplied by o
   BakeOptions o = small_bake();
   o.views = 1;  // straight from above
   const Seen b = bake_mesh(floor_of(4, 0.5F + 1.0F / 16, 1.0F), o);
-  const std::vector<V3f> lights = directions_of(b.header.lights);
+  const std::vector<V3f> lights = cell_directions(b.header.lights);
   for (std::size_t texel = 0; texel < 32; ++texel) {
     const std::size_t x = texel % 8;
     // Texel 4 is covered by half; 9 spread points tell that to within 1 of them.
@@ -147,7 +147,7 @@ TEST_CASE("a fence casts its shadow over as many neighbours as the light is low"
   o.bounces = 0;
   for (const double height : {0.5, 3.0}) {
     const Seen b = bake_mesh(fence(2, static_cast<float>(height), 1, 0), o);
-    const std::vector<V3f> lights = directions_of(b.header.lights);
+    const std::vector<V3f> lights = cell_directions(b.header.lights);
     int checked = 0;
     for (std::size_t x = 0; x < 8; ++x) {
       for (std::size_t l = 0; l < lights.size(); ++l) {
@@ -174,7 +174,7 @@ TEST_CASE("the same seed gives the same bytes for any number of threads, another
   const CellMesh mesh = fence(2, 1, 0.5F, 0.8F);
   BakeOptions o = small_bake();
   const auto bake_to = [&](int threads, const char* name) {
-    set_threads(threads);
+    set_thread_limit(threads);
     test::need(write_samples(folder / name, test::need(bake(mesh, "test", o)).samples));
   };
   bake_to(1, "1.exr");
@@ -249,10 +249,10 @@ TEST_CASE("bad input is refused before any light is traced") {
 
 TEST_CASE("yarns that a mesh does not know are found, and a surface that is no yarn is remarked") {
   BakeOptions o = small_bake();
-  o.yarns = true;
+  o.stores_yarns = true;
   o.validation_pairs = o.held_out_pairs = 1;
   // 40 cubes: 1 % of the surface is too rough to be found.
-  CellMesh mesh = test::need(load_cell("plain-weave", {.cells_across = 60}));
+  CellMesh mesh = test::need(load_cell("plain-weave", {.cubes_across = 60}));
   mesh.yarns = {};
   Baked baked = test::need(bake(mesh, "weave", o));
   CHECK(baked.report.remarks.empty());

@@ -37,13 +37,13 @@ Samples baked(const CellMesh& mesh, const BakeOptions& options) {
 
 TEST_CASE("the back of a Lambert plane is lit as its front, and nothing comes through") {
   const Samples samples = baked(floor_of(1, 1, 0.6F), small_bake());
-  const std::vector<V3f> lights = directions_of(samples.header.lights);
+  const std::vector<V3f> lights = cell_directions(samples.header.lights);
   for (const Side side : all_sides) {
-    const SampleLevel level = samples_of(samples, side).level;
+    const SampleLevel level = side_samples(samples, side).level;
     for (const float alpha : level.alpha) CHECK(alpha == 1);
-    for (const V3f& n : level.normal) CHECK(n.z == doctest::Approx(16));
+    for (const V3f& n : level.normal_sum) CHECK(n.z == doctest::Approx(16));
     for (std::size_t i = 0; i < level.radiance.size(); ++i) {
-      const double cosine = lets_through(side) ? 0 : static_cast<double>(lights[i % lights.size()].z);
+      const double cosine = is_transmission(side) ? 0 : static_cast<double>(lights[i % lights.size()].z);
       CHECK(std::abs(static_cast<double>(level.radiance[i].x) - 0.6 / pi * cosine) <= 3e-4);
     }
   }
@@ -75,7 +75,7 @@ TEST_CASE("cell means are reciprocal on every side") {
   };
   std::vector<Mean> means;
   for (const Side side : all_sides) {
-    const PairSamples read = pairs_of(samples.pairs[index_of(PairKind::held_out)], side);
+    const PairSamples read = side_pairs(samples.pairs[index_of(PairKind::held_out)], side);
     REQUIRE(read.pairs.size() == 2);
     const std::size_t texels = read.alpha.size() / 2;
     for (std::size_t p = 0; p < 2; ++p) {
@@ -86,8 +86,8 @@ TEST_CASE("cell means are reciprocal on every side") {
             static_cast<double>(read.alpha[t] * read.radiance[t].x) * z / static_cast<double>(texels);
         mean.error2 += std::pow(static_cast<double>(read.noise[t].x) * z / static_cast<double>(texels), 2);
       }
-      if (view_behind(side)) mean.pair.view = mirrored(mean.pair.view);
-      if (view_behind(side) != lets_through(side)) mean.pair.light = mirrored(mean.pair.light);
+      if (is_view_behind(side)) mean.pair.view = mirrored(mean.pair.view);
+      if (is_view_behind(side) != is_transmission(side)) mean.pair.light = mirrored(mean.pair.light);
       means.push_back(mean);
     }
   }

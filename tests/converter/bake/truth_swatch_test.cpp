@@ -32,7 +32,7 @@ SwatchShot texels_of(const CellMesh& mesh, int width, int height, const V3f& vie
   shot.camera.projection = Projection::parallel;
   shot.camera.position = V3d(size.x / 2, size.y / 2, 0);
   shot.camera.to_viewer = V3d(view).normalized();
-  shot.camera.window_half = size / 2;
+  shot.camera.window_half_size = size / 2;
   shot.width = width;
   shot.height = height;
   shot.lights = {light_from(light, V3f(1, 1, 1))};

@@ -51,7 +51,7 @@ BakedYarn bake_mesh(const CellMesh& mesh, int bounces = unlimited_bounces) {
   options.validation_pairs = 1;
   options.held_out_pairs = 24;
   options.truth_samples = 128;
-  options.yarns = true;
+  options.stores_yarns = true;
   Samples samples = need(bake(mesh, "stitch", options)).samples;
   BakedYarn baked{samples.header, std::move(samples.pairs[index_of(PairKind::held_out)]),
                   std::move(samples.yarns)};
@@ -161,7 +161,7 @@ TEST_CASE("a yarn that lies alone has no light but its own") {
   pattern.yarns = {yarn};
   YarnCell cell = need(yarn_cell_of(pattern));
   YarnData& data = cell.yarns;
-  CHECK(light_yarn(data, {4, 40}, cell.through));
+  CHECK(compute_yarn_light(data, {4, 40}, cell.wall_transmission));
   // Copies 40 mm away fill 1/80 of what either flank sees: 0.002 of albedo 0.5 twice.
   const Yarns yarns(data, {4, 40});
   YarnPoint point;
@@ -170,7 +170,7 @@ TEST_CASE("a yarn that lies alone has no light but its own") {
     point.cosine = std::cos(angle);
     point.sine = std::sin(angle);
     const LightTransfer transfer = yarns.transfer_at(point);
-    for (const V3f& light : directions_of({4, 4})) CHECK(indirect_light(transfer, light).x < 0.003F);
+    for (const V3f& light : cell_directions({4, 4})) CHECK(indirect_light(transfer, light).x < 0.003F);
   }
 }
 
@@ -187,7 +187,7 @@ std::vector<double> seen_in_furnace(const YarnCell& cell) {
   o.validation_pairs = o.held_out_pairs = 0;
   o.both_sides = true;
   const Samples samples = need(bake(cell, "furnace", o)).samples;
-  const std::vector<V3f> lights = directions_of(samples.header.lights, true);
+  const std::vector<V3f> lights = cell_directions(samples.header.lights, true);
   const std::size_t texels = samples.header.texels();
   std::vector<double> seen;
   for (const ViewSamples& view : samples.views) {
@@ -246,16 +246,16 @@ TEST_CASE("yarn's light is finite and loses or settles, at the extremes") {
     const std::string which = what;
     CAPTURE(which);
     YarnCell cell = need(yarn_cell_of(pattern));
-    CHECK(light_yarn(cell.yarns, V2f(cell.period), cell.through, {true}));
+    CHECK(compute_yarn_light(cell.yarns, V2f(cell.period), cell.wall_transmission, {true}));
     need(validate(cell.yarns, V2f(cell.period)));
     // No place sends more than falls on it from all around, but for the error of its nine functions.
     const Yarns yarns(cell.yarns, V2f(cell.period));
-    const std::vector<V3f> lights = directions_of(grid_of(64));
+    const std::vector<V3f> lights = cell_directions(nearly_square_grid(64));
     for (int c = 0; c < static_cast<int>(cell.yarns.curves.size()); ++c) {
-      for (const StationPoint& place : points_about(yarns, c, 0, 16)) {
+      for (const StationPoint& place : points_around_station(yarns, c, 0, 16)) {
         float even = 0;
         for (const auto* light : {&cell.yarns.light, &cell.yarns.through}) {
-          const float* values = &(*light)[yarns.inside().first_station[c] * light_values_per_station];
+          const float* values = &(*light)[yarns.geometry().first_station[c] * light_values_per_station];
           LightTransfer transfer{};
           for (const float a : place.functions) {
             for (float& value : transfer) value += a * *values++;

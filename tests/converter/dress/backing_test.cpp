@@ -48,9 +48,9 @@ TEST_CASE("dress: the backing of a cube is a closed cube that is a quarter of a 
     Workshop workshop(cube());
     workshop.edit([&](Json& json) { json["nodes"][0]["scale"] = {scale, scale, scale}; });
     DressOptions options{
-        .all = true, .colourways = {{"red", V3f(0.2F, 0, 0)}}, .backing = V3f(0.25F, 0.5F, 1)};
+        .all_cloth = true, .colourways = {{"red", V3f(0.2F, 0, 0)}}, .backing = V3f(0.25F, 0.5F, 1)};
     const DressReport report = test::need(workshop.dress(options));
-    CHECK(report.backed == 1);
+    CHECK(report.backed_primitive_count == 1);
     Scene scene;
     for (const Error& issue : check_gltf(workshop.output, {}, &scene)) FAIL_CHECK(to_line(issue));
     REQUIRE(scene.primitives.size() == 2);
@@ -75,7 +75,7 @@ TEST_CASE("dress: the backing of a cube is a closed cube that is a quarter of a 
     // Dressed once more, it stays what it is.
     workshop.garment = workshop.output;
     workshop.output = workshop.folder / "again.glb";
-    CHECK(test::need(workshop.dress({.all = true})).materials.size() == 2);
+    CHECK(test::need(workshop.dress({.all_cloth = true})).materials.size() == 2);
   }
 }
 
@@ -88,7 +88,7 @@ TEST_CASE("dress: two layers back to back are backed each on its own side") {
   p.tex_coords.insert(p.tex_coords.end(), front.tex_coords.begin(), front.tex_coords.end());
   p.indices.insert(p.indices.end(), {4, 6, 5, 4, 7, 6});
   const Workshop workshop(garment);
-  test::need(workshop.dress({.all = true, .backing = V3f(0, 0, 0)}));
+  test::need(workshop.dress({.all_cloth = true, .backing = V3f(0, 0, 0)}));
   const Scene scene = test::need(read_scene(workshop.output));
   for (int i = 0; i < 8; ++i)
     CHECK(scene.primitives[1].positions[i].z == doctest::Approx(i < 4 ? -0.001 : 0.001));
@@ -103,20 +103,20 @@ TEST_CASE("dress: a place that wears two dressed materials has one backing") {
     json["meshes"][0]["primitives"][0]["extensions"]["KHR_materials_variants"]["mappings"] = {
         {{"material", 1}, {"variants", {0}}}};
   });
-  const DressReport report = test::need(workshop.dress({.all = true, .backing = V3f(0, 0, 0)}));
+  const DressReport report = test::need(workshop.dress({.all_cloth = true, .backing = V3f(0, 0, 0)}));
   CHECK(report.materials.size() == 2);
-  CHECK(report.backed == 1);
+  CHECK(report.backed_primitive_count == 1);
 }
 
 TEST_CASE("dress: dressing again puts the new backing in the place of the old") {
   Workshop workshop(cube());
-  test::need(workshop.dress({.all = true, .backing = V3f(0, 0, 0)}));
+  test::need(workshop.dress({.all_cloth = true, .backing = V3f(0, 0, 0)}));
   const auto primitives = [&] {
     return test::need(load_gltf(workshop.output)).json["meshes"][0]["primitives"];
   };
   const std::size_t backed = primitives().size();
   workshop.garment = workshop.output;
   workshop.output = workshop.folder / "again.glb";
-  CHECK(test::need(workshop.dress({.all = true, .backing = V3f(1, 0, 0)})).backed == 1);
+  CHECK(test::need(workshop.dress({.all_cloth = true, .backing = V3f(1, 0, 0)})).backed_primitive_count == 1);
   CHECK(primitives().size() == backed);
 }

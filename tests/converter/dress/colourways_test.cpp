@@ -44,7 +44,7 @@ void check_near(const V3f& color, const V3f& wanted) {
 TEST_CASE("dress: a colourway gives the cloth a mean colour, as the factor on the fabric's own") {
   const Pale pale;
   const DressReport report =
-      test::need(pale.dress({.all = true, .colourways = {{"dusk", V3f(0.25F, 0.0625F, 0)}}}));
+      test::need(pale.dress({.all_cloth = true, .colourways = {{"dusk", V3f(0.25F, 0.0625F, 0)}}}));
   pale.check();
   REQUIRE(report.variants.size() == 1);
   CHECK(report.variants[0].base == 0);
@@ -53,32 +53,33 @@ TEST_CASE("dress: a colourway gives the cloth a mean colour, as the factor on th
   check_near(report.variants[0].tint.value(), V3f(0.5F, 0.25F, 0));
   const SceneMaterial dusk = pale.worn_in("dusk");
   CHECK(dusk.name == "cloth 0 dusk");
-  check_near(dusk.kept.tint, V3f(0.5F, 0.25F, 0));
+  check_near(dusk.garment_textures.tint, V3f(0.5F, 0.25F, 0));
   // The fallback is the fabric's picture times the same factor.
   check_near(V3f(dusk.base_color.x, dusk.base_color.y, dusk.base_color.z), V3f(0.5F, 0.25F, 0));
   CHECK(dusk.base_color_texture.transform.scale == V2d(200, 250));
   const SceneMaterial plain = pale.worn_in("");
   CHECK(plain.name == "cloth 0");
-  CHECK(plain.kept.tint == V3f(1, 1, 1));
+  CHECK(plain.garment_textures.tint == V3f(1, 1, 1));
   CHECK(plain.base_color_texture.image == dusk.base_color_texture.image);
 }
 
 TEST_CASE("dress: a colourway that is brighter than the fabric is told, and has a largest factor") {
   const Pale pale;
-  const DressReport bright = test::need(pale.dress({.all = true, .colourways = {{"white", V3f(1, 1, 1)}}}));
+  const DressReport bright =
+      test::need(pale.dress({.all_cloth = true, .colourways = {{"white", V3f(1, 1, 1)}}}));
   pale.check();
-  check_near(pale.worn_in("white").kept.tint, V3f(2, 4, 8));
+  check_near(pale.worn_in("white").garment_textures.tint, V3f(2, 4, 8));
   CHECK(pale.worn_in("white").base_color.z == 1);
   REQUIRE(bright.warnings.size() == 1);
   CHECK(bright.warnings[0].find("variant \"white\" is brighter than the fabric") == 0);
-  CHECK(tint_towards(V3f(1, 0.5F, 0), V3f(0, 1, 0)) == V3f(16, 0.5F, 0));
+  CHECK(tint_for_color(V3f(1, 0.5F, 0), V3f(0, 1, 0)) == V3f(16, 0.5F, 0));
 }
 
 TEST_CASE("dress: a colourway in another fabric has its repeats and its fallback") {
   const Pale pale;
   const std::string other = pale.folder / "other.exr";
   REQUIRE(write_fabric(other, test::net_fabric(V2d(10, 8))));
-  const DressReport report = test::need(pale.dress({.all = true, .colourways = {{"net", {}, other}}}));
+  const DressReport report = test::need(pale.dress({.all_cloth = true, .colourways = {{"net", {}, other}}}));
   pale.check();
   CHECK(report.variants[0].repeats == V2d(100, 125));
   const Scene scene = test::need(read_scene(pale.output));
@@ -110,7 +111,7 @@ TEST_CASE("dress: the garment's own variants stay, and a name that is taken is a
   const Colourway night{"night", V3f(0, 0, 0)};
   const Colourway noon{"noon", V3f(0, 0, 0)};
   for (const std::vector<Colourway>& taken : {std::vector{night}, std::vector{noon, noon}}) {
-    const Error error = test::error_of(pale.dress({.all = true, .colourways = taken}));
+    const Error error = test::error_of(pale.dress({.all_cloth = true, .colourways = taken}));
     CHECK(error.code == Code::option_out_of_range);
     CHECK(error.message == "the garment has a \"" + taken[0].name + "\" already");
     CHECK_FALSE(fs::exists(pale.output));

@@ -28,7 +28,7 @@ namespace {
 
 constexpr const char* extension = "SELVEDGE_materials_fabric";
 
-const DressOptions everything{.all = true};
+const DressOptions everything{.all_cloth = true};
 
 }  // namespace
 
@@ -41,8 +41,8 @@ TEST_CASE("dress: one metre of 5 x 4 mm takes 200 x 250 repeats, and twice that 
     REQUIRE(report->materials.size() == 1);
     CHECK(report->materials[0].repeats.x == doctest::Approx(200 * scale).epsilon(1e-12));
     CHECK(report->materials[0].repeats.y == doctest::Approx(250 * scale).epsilon(1e-12));
-    CHECK(report->materials[0].size.metres.x == doctest::Approx(scale));
-    CHECK(report->materials[0].size.stretched == 0);
+    CHECK(report->materials[0].size.metres_per_uv.x == doctest::Approx(scale));
+    CHECK(report->materials[0].size.stretched_fraction == 0);
     CHECK(report->warnings.empty());
     CHECK(report->bytes == fs::file_size(workshop.output));
     const Scene scene = test::need(read_scene(workshop.output));
@@ -56,9 +56,9 @@ TEST_CASE("dress: one metre of 5 x 4 mm takes 200 x 250 repeats, and twice that 
 
 TEST_CASE("dress: repeats that are given win over the physical size") {
   const Workshop workshop;
-  const DressReport report = test::need(workshop.dress({.all = true, .repeats = V2d(7, 9)}));
+  const DressReport report = test::need(workshop.dress({.all_cloth = true, .repeats = V2d(7, 9)}));
   CHECK(report.materials[0].repeats == V2d(7, 9));
-  CHECK(report.materials[0].size.metres.x == doctest::Approx(1));
+  CHECK(report.materials[0].size.metres_per_uv.x == doctest::Approx(1));
 }
 
 TEST_CASE("dress: a garment in centimetres, or of a known height, gets its true size") {
@@ -67,9 +67,9 @@ TEST_CASE("dress: a garment in centimetres, or of a known height, gets its true 
     workshop.edit([&](Json& json) { json["nodes"][0]["scale"] = {100, 100, 100}; });
     DressOptions options = everything;
     if (by_height) {
-      options.height = 1;
+      options.garment_height = 1;
     } else {
-      options.unit = 0.01;
+      options.metres_per_unit = 0.01;
     }
     const DressReport report = test::need(workshop.dress(options));
     CHECK(report.warnings.empty());
@@ -97,7 +97,7 @@ TEST_CASE("dress: the size is measured without strays, which are named, and with
   });
   for (const double height : {0.0, 2.0}) {
     DressOptions options = everything;
-    if (height > 0) options.height = height;
+    if (height > 0) options.garment_height = height;
     const DressReport report = test::need(workshop.dress(options));
     CHECK(report.bounds.size().y == doctest::Approx(height > 0 ? height : 1));
     for (const std::string part :
@@ -124,7 +124,7 @@ TEST_CASE("dress: primitives without texture coordinates do not cost the others 
       });
       const DressReport report = test::need(workshop.dress(everything));
       const Scene scene = test::need(read_scene(workshop.output));
-      CHECK(report.unwrapped.size() == (part < 1 ? 0 : 1));
+      CHECK(report.unwrap_reports.size() == (part < 1 ? 0 : 1));
       CHECK(scene.materials[0].fabric->tex_coord == (printed && part == 1 ? 1 : 0));
       for (const ScenePrimitive& p : scene.primitives) CHECK_FALSE(p.tex_coords[0].empty());
       if (printed || part < 1) CHECK(scene.primitives[1].tex_coords[0][0] == V2d(0, 0));
@@ -137,7 +137,7 @@ TEST_CASE("dress: the cloth is scaled, turned and moved") {
   DressOptions options = everything;
   options.scale = 2;
   options.offset = V2d(0.25, 0.5);
-  options.rotation = 90;
+  options.rotation_degrees = 90;
   REQUIRE(workshop.dress(options));
   const UvTransform transform = test::need(read_scene(workshop.output)).materials[0].fabric.value().transform;
   // Repeats of 5 x 4 mm lie on their side: 4 mm along u.
@@ -147,20 +147,20 @@ TEST_CASE("dress: the cloth is scaled, turned and moved") {
   CHECK(transform.offset == V2d(0.25, 0.5));
   // A metre along u is a metre of courses.
   CHECK(std::abs(transform.apply_linear({1, 0}).y) == doctest::Approx(125));
-  options.rotation = 30;
+  options.rotation_degrees = 30;
   CHECK(test::error_of(workshop.dress(options)).code == Code::option_out_of_range);
 }
 
 TEST_CASE("dress: stretched cloth is told by its fraction of the area") {
   const UvSize even = test::need(Workshop().dress(everything)).materials[0].size;
-  CHECK(even.stretched == 0);
-  CHECK(even.low == even.high);
+  CHECK(even.stretched_fraction == 0);
+  CHECK(even.metres_per_uv_p5 == even.metres_per_uv_p95);
   Garment sheared = square(1);
   for (V2f& uv : sheared.primitives[0].tex_coords) uv.x += uv.y;
   // u' = u + v: both axes are as long as their medians, but the diagonals 1.31 and 0.54 of them.
   const Workshop leaning(sheared);
   const DressReport report = test::need(leaning.dress(everything));
-  CHECK(report.materials[0].size.stretched == doctest::Approx(1));
+  CHECK(report.materials[0].size.stretched_fraction == doctest::Approx(1));
   REQUIRE(report.warnings.size() == 1);
   CHECK(report.warnings[0].find("100 % of its area") != std::string::npos);
 }
@@ -175,9 +175,9 @@ TEST_CASE("dress: primitives that disagree on the size are reported") {
   REQUIRE(report);
   CHECK(report->materials[0].primitives == 2);
   const UvSize& size = report->materials[0].size;
-  CHECK(size.low == V2d(1, 1));
-  CHECK(size.high == V2d(2, 2));
-  CHECK(size.stretched == doctest::Approx(0.5));
+  CHECK(size.metres_per_uv_p5 == V2d(1, 1));
+  CHECK(size.metres_per_uv_p95 == V2d(2, 2));
+  CHECK(size.stretched_fraction == doctest::Approx(0.5));
   CHECK(report->warnings.size() == 1);
 }
 
@@ -253,7 +253,7 @@ TEST_CASE("dress: a fabric beside the glTF is referred to from the output's fold
   CHECK_FALSE(report.embedded);
   REQUIRE(report.warnings.size() == 1);
   CHECK(report.warnings[0].find("../net.exr: lies outside of the document's folder") != std::string::npos);
-  const SceneLimits anywhere{.document = {.other_files = OtherFiles::anywhere}};
+  const SceneLimits anywhere{.document = {.external_files = ExternalFiles::anywhere}};
   const GltfDocument document = test::need(load_gltf(output, anywhere.document));
   CHECK(document.json["extensions"][extension]["fabrics"][0]["uri"] == "../net.exr");
   CHECK(test::error_of(read_scene(output)).code == Code::gltf_reference);
@@ -266,7 +266,7 @@ TEST_CASE("dress: dressing again replaces the reference and makes nothing twice"
   REQUIRE(workshop.dress(everything));
   const Json once = load_gltf(workshop.output)->json;
   const std::string again = workshop.folder / "again.glb";
-  REQUIRE(dress(workshop.output, workshop.fabric, again, {.all = true, .repeats = V2d(3, 3)}));
+  REQUIRE(dress(workshop.output, workshop.fabric, again, {.all_cloth = true, .repeats = V2d(3, 3)}));
   const Json twice = load_gltf(again)->json;
   CHECK(twice["extensions"] == once["extensions"]);
   CHECK(twice["textures"] == once["textures"]);
@@ -288,7 +288,7 @@ TEST_CASE("dress: a fabric that nothing wears any more leaves the file, even a d
   CHECK(fs::file_size(again) < fs::file_size(workshop.output) + fs::file_size(other));
   // The one of two stays that a variant wears.
   REQUIRE(dress(workshop.garment, workshop.fabric, workshop.output,
-                {.all = true, .colourways = {{.name = "other", .fabric = other}}}));
+                {.all_cloth = true, .colourways = {{.name = "other", .fabric = other}}}));
   REQUIRE(dress(workshop.output, other, again, everything));
   const Scene scene = test::need(read_scene(again));
   for (const SceneMaterial& material : scene.materials) {
@@ -351,9 +351,9 @@ TEST_CASE("dress: bad input is one error and no output") {
     CHECK(to_line(error).find('\n') == std::string::npos);
     return error.code;
   };
-  CHECK(refused({.all = true, .unwrap = Unwrapping::never, .tex_coord = 1}) == Code::garment_no_uvs);
-  CHECK(refused({.all = true, .repeats = V2d(0, 1)}) == Code::option_out_of_range);
-  CHECK(refused({.all = true, .tex_coord = 2}) == Code::option_out_of_range);
+  CHECK(refused({.all_cloth = true, .unwrap = Unwrapping::never, .tex_coord = 1}) == Code::garment_no_uvs);
+  CHECK(refused({.all_cloth = true, .repeats = V2d(0, 1)}) == Code::option_out_of_range);
+  CHECK(refused({.all_cloth = true, .tex_coord = 2}) == Code::option_out_of_range);
   const std::string garment = workshop.garment;
   workshop.garment = workshop.folder / "none.glb";
   CHECK(refused(everything) == Code::file_missing);
@@ -408,8 +408,8 @@ TEST_CASE("dress: what strangers' garments look like is kept, or told to be lost
     const Scene scene = test::need(read_scene(workshop.output));
     const SceneMaterial& cloth = scene.materials[report.materials[0].index];
     CHECK(cloth.fabric->tex_coord == item.tex_coord);
-    CHECK(cloth.kept.tint.x == doctest::Approx(item.kept.empty() ? 1 : 1 / 0.3).epsilon(1e-3));
-    CHECK((cloth.kept.tint_texture.image >= 0) == (item.kept == print));
+    CHECK(cloth.garment_textures.tint.x == doctest::Approx(item.kept.empty() ? 1 : 1 / 0.3).epsilon(1e-3));
+    CHECK((cloth.garment_textures.tint_texture.image >= 0) == (item.kept == print));
     CHECK(scene.primitives.back().colors.empty() == (item.kept != colours));
   }
 }
@@ -449,7 +449,7 @@ TEST_CASE("dress --all: what strangers' garments wear, and why the rest does not
     CHECK(dressed == item.dressed);
     const SceneMaterial cloth = test::need(read_scene(workshop.output)).materials[0];
     CHECK(cloth.double_sided == item.double_sided);
-    CHECK(cloth.kept.mask.image == -1);
+    CHECK(cloth.garment_textures.mask.image == -1);
   }
 }
 
@@ -462,7 +462,8 @@ TEST_CASE("dress: a print that only others can read stays for them, or leaves wi
       json["extensionsUsed"] = json["extensionsRequired"] = {"KHR_texture_basisu"};
       json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
     });
-    const DressReport report = test::need(workshop.dress({.all = true, .keep = {.base_color = kept}}));
+    const DressReport report =
+        test::need(workshop.dress({.all_cloth = true, .color_options = {.keeps_base_color = kept}}));
     CHECK(report.warnings[0].find("KTX2, which is not read: gltf-transform") != std::string::npos);
     const Json json = test::need(load_gltf(workshop.output)).json;
     CHECK(json.contains("extensionsRequired") == kept);

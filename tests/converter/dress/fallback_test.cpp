@@ -21,7 +21,7 @@ using test::Workshop;
 
 namespace {
 
-const DressOptions everything{.all = true};
+const DressOptions everything{.all_cloth = true};
 
 }  // namespace
 
@@ -30,7 +30,7 @@ TEST_CASE("fallback: a Lambert fabric's base colour is its albedo, and it has no
   CHECK(fallback.color.pixels[0] == doctest::Approx(0.5).epsilon(1e-5));  // floats
   CHECK(fallback.color.pixels[1] == doctest::Approx(0.25).epsilon(1e-5));
   CHECK(fallback.color.pixels[3] == 1);
-  CHECK_FALSE(fallback.holes);
+  CHECK_FALSE(fallback.has_holes);
   CHECK(fallback.factors.sheen_color == V3f(0, 0, 0));
 }
 
@@ -90,8 +90,8 @@ TEST_CASE("dress: the picture of the fallback holds its colour sRGB-encoded, and
 
 TEST_CASE("fallback: a fabric that brightens towards the rim gets a sheen of that colour") {
   Fabric fabric = test::lambert_fabric(V2d(5, 5), 4, V3f(0.2F, 0.2F, 0.2F));
-  fabric.views = grid_of(64);
-  const std::vector<V3f> views = directions_of(fabric.views);
+  fabric.views = nearly_square_grid(64);
+  const std::vector<V3f> views = cell_directions(fabric.views);
   for (FabricLevel& level : fabric.levels) {
     level.add(LayerKind::table, 3 * 64, 1);
     for (std::size_t i = 0; i < level.view_table().size(); ++i) {
@@ -157,7 +157,7 @@ TEST_CASE("fallback: a file keeps the factors in 300 bytes, and other members of
 
 TEST_CASE("fallback: holes take the mean colour") {
   const Fallback fallback = bake_fallback(test::net_fabric(V2d(5, 4), 16));
-  CHECK(fallback.holes);
+  CHECK(fallback.has_holes);
   CHECK(fallback.color.pixels[3] == 0);
   CHECK(fallback.color.pixels[0] > 0.05F);
 }

@@ -14,8 +14,8 @@ using test::Stretch;
 using test::stretch_of;
 
 /// A grid of triangles over (a, b) in [0, 1]^2, bent by `place`.
-template <class Place>
-ClothPanel bend(int columns, int rows, const Place& place) {
+template <class PrimitiveIndex>
+ClothPanel bend(int columns, int rows, const PrimitiveIndex& place) {
   ClothPanel panel;
   for (int j = 0; j <= rows; ++j) {
     for (int i = 0; i <= columns; ++i) {

@@ -70,9 +70,9 @@ struct Worn : Workshop {
   }
 };
 
-DressOptions all() { return {.all = true}; }
+DressOptions all() { return {.all_cloth = true}; }
 /// In the fabric's own colour.
-DressOptions undyed() { return {.all = true, .keep = {.base_color = false}}; }
+DressOptions undyed() { return {.all_cloth = true, .color_options = {.keeps_base_color = false}}; }
 
 V3f color_of(const SceneMaterial& material) {
   return {material.base_color.x, material.base_color.y, material.base_color.z};
@@ -85,7 +85,7 @@ TEST_CASE(
   const Worn worn;
   const Scene scene = worn.checked(undyed());
   const SceneMaterial& material = scene.materials[0];
-  const GarmentParts& kept = material.kept;
+  const GarmentTextures& kept = material.garment_textures;
   REQUIRE(kept.mask.image >= 0);
   CHECK(kept.mask_cutoff == 0.25F);
   CHECK(kept.mask.transform.scale == V2d(2, 1));
@@ -116,23 +116,23 @@ TEST_CASE(
 TEST_CASE("dress: cloth has the garment's print and colour, and other colours can take their place") {
   const Worn worn;
   const SceneMaterial printed = worn.checked(all()).materials[0];
-  CHECK(printed.kept.tint_texture.image >= 0);
-  CHECK(printed.kept.tint_texture.image == printed.kept.mask.image);
+  CHECK(printed.garment_textures.tint_texture.image >= 0);
+  CHECK(printed.garment_textures.tint_texture.image == printed.garment_textures.mask.image);
   // 0.5, 0.25, 1 of yarn that reflects 0.3, 0.2, 0.3.
   for (int c = 0; c < 3; ++c) {
     const float factor = std::array{0.5F / 0.3F, 0.25F / 0.2F, 1 / 0.3F}[c];
-    CHECK(printed.kept.tint[c] == doctest::Approx(factor).epsilon(1e-3));
+    CHECK(printed.garment_textures.tint[c] == doctest::Approx(factor).epsilon(1e-3));
   }
-  CHECK(printed.base_color_texture.image == printed.kept.tint_texture.image);
+  CHECK(printed.base_color_texture.image == printed.garment_textures.tint_texture.image);
   DressOptions options = all();
-  options.keep.color = V3f(0.15F, 0.2F, 0);
+  options.color_options.color = V3f(0.15F, 0.2F, 0);
   const SceneMaterial colored = worn.checked(options).materials[0];
-  CHECK((colored.kept.tint - V3f(0.5F, 1, 0)).length() < 1e-3F);
-  CHECK(colored.kept.tint_texture.image == -1);
+  CHECK((colored.garment_textures.tint - V3f(0.5F, 1, 0)).length() < 1e-3F);
+  CHECK(colored.garment_textures.tint_texture.image == -1);
   options = all();
-  options.keep.tint = V3f(2, 0.5F, 0.25F);
+  options.color_options.tint = V3f(2, 0.5F, 0.25F);
   const SceneMaterial dyed = worn.checked(options).materials[0];
-  CHECK(dyed.kept.tint == V3f(2, 0.5F, 0.25F));
+  CHECK(dyed.garment_textures.tint == V3f(2, 0.5F, 0.25F));
   const V3f mean = mean_color(bake_fallback(test::net_fabric(V2d(5, 4))).color);
   CHECK(color_of(dyed).y == doctest::Approx(mean.y * 0.5F).epsilon(0.02));
 }
@@ -155,14 +155,14 @@ TEST_CASE("dress: the report names the kept and the replaced members") {
 }
 
 TEST_CASE("dress: an opaque material has no mask, and a blended one is cut in the middle") {
-  CHECK(Worn("OPAQUE").checked(all()).materials[0].kept.mask.image == -1);
+  CHECK(Worn("OPAQUE").checked(all()).materials[0].garment_textures.mask.image == -1);
   DressOptions bright = all();
-  bright.keep.tint = V3f(2, 0.5F, 16);
+  bright.color_options.tint = V3f(2, 0.5F, 16);
   CHECK(color_of(Worn("OPAQUE").checked(bright).materials[0]) == V3f(1, 0.5F, 1));
   const Worn sheer("BLEND");
   const SceneMaterial material = sheer.checked(all()).materials[0];
-  CHECK(material.kept.mask.image >= 0);
-  CHECK(material.kept.mask_cutoff == 0.5F);
+  CHECK(material.garment_textures.mask.image >= 0);
+  CHECK(material.garment_textures.mask_cutoff == 0.5F);
   CHECK(test::need(sheer.dress(undyed())).materials[0].replaced[2].starts_with("alphaMode BLEND"));
   Workshop veil;
   veil.edit([](Json& json) {
@@ -180,9 +180,9 @@ TEST_CASE("dress: a dressed garment that is dressed again keeps its parts") {
   Worn again;
   fs::copy_file(worn.output, again.garment, fs::copy_options::overwrite_existing);
   const Scene twice = again.checked(all());
-  CHECK(twice.materials[0].kept.mask_cutoff == once.materials[0].kept.mask_cutoff);
-  CHECK(twice.images[twice.materials[0].kept.mask.image].bytes ==
-        once.images[once.materials[0].kept.mask.image].bytes);
+  CHECK(twice.materials[0].garment_textures.mask_cutoff == once.materials[0].garment_textures.mask_cutoff);
+  CHECK(twice.images[twice.materials[0].garment_textures.mask.image].bytes ==
+        once.images[once.materials[0].garment_textures.mask.image].bytes);
   CHECK(twice.images.size() == once.images.size());
 }
 
@@ -190,7 +190,7 @@ TEST_CASE(
     "dress --all leaves alone what is no cloth by names or factors, but for a document's only material") {
   const auto named = [](const std::string& name) { return Json{{"name", name}}; };
   const auto chosen_of = [](GltfDocument& document) {
-    return test::need(choose_materials(document, Scene(), {.all = true})).materials;
+    return test::need(choose_materials(document, Scene(), {.all_cloth = true})).materials;
   };
   // Beside cotton, and a material of another name.
   const auto is_cloth = [&](const Json& material, const Json& mesh, const char* beside = "") {
@@ -200,7 +200,7 @@ TEST_CASE(
     document.json = {{"materials", {named("cotton"), material, named(beside)}},
                      {"meshes", {{{"primitives", {{{"material", 0}}}}}, shown}},
                      {"nodes", {{{"name", shown.value("parent", "")}, {"children", {1}}}, {{"mesh", 1}}}}};
-    const ChosenMaterials chosen = test::need(choose_materials(document, Scene(), {.all = true}));
+    const ChosenMaterials chosen = test::need(choose_materials(document, Scene(), {.all_cloth = true}));
     const bool cloth = std::ranges::find(chosen.materials, 1) != chosen.materials.end();
     CHECK(cloth == std::ranges::none_of(chosen.left_alone, [](const std::string& line) {
             return line.ends_with("--material '#1' dresses it");
@@ -251,19 +251,20 @@ TEST_CASE(
   CHECK(is_cloth(metal(1), {}));  // a forgotten factor
   GltfDocument document;
   document.json = {{"materials", {named("a"), named("b")}}};
-  CHECK(test::need(choose_materials(document, Scene(), {.all = true, .except = {"a"}})).materials ==
-        std::vector<int>{1});
-  CHECK(test::error_of(choose_materials(document, Scene(), {.all = true, .except = {"c"}})).code ==
-        Code::material_missing);
-  CHECK(test::error_of(choose_materials(document, Scene(), {.all = true, .except = {"a", "b"}})).code ==
-        Code::material_missing);
+  CHECK(test::need(choose_materials(document, Scene(), {.all_cloth = true, .excluded_materials = {"a"}}))
+            .materials == std::vector<int>{1});
+  CHECK(test::error_of(choose_materials(document, Scene(), {.all_cloth = true, .excluded_materials = {"c"}}))
+            .code == Code::material_missing);
+  CHECK(test::error_of(
+            choose_materials(document, Scene(), {.all_cloth = true, .excluded_materials = {"a", "b"}}))
+            .code == Code::material_missing);
   // A garment whose meshes are called hair is one; other names and factors are told with the way to dress
   // them.
   document.json["meshes"] = {{{"name", "Hair001"}, {"primitives", {{{"material", 0}}, {{"material", 1}}}}}};
   CHECK(chosen_of(document) == std::vector<int>{0, 1});
   document.json["materials"] = {named("Hair"), named("Body")};
   CHECK(
-      test::error_of(choose_materials(document, Scene(), {.all = true}))
+      test::error_of(choose_materials(document, Scene(), {.all_cloth = true}))
           .message.ends_with("\"Body\" was left alone: a \"body\" is no cloth; --material '#1' dresses it"));
 }
 
@@ -298,7 +299,8 @@ TEST_CASE("dress --all: what moves with head and fingers is a body, and cloth mo
       document.json["nodes"].push_back(node);
     document.json["skins"] = {{{"joints", {nodes + 1, nodes + 2}}}};
     const Scene scene = test::need(read_scene(document));
-    CHECK(test::need(choose_materials(document, scene, {.all = true})).materials.size() == (body ? 1 : 2));
+    CHECK(test::need(choose_materials(document, scene, {.all_cloth = true})).materials.size() ==
+          (body ? 1 : 2));
   }
 }
 
@@ -312,7 +314,7 @@ TEST_CASE("dress: vertex colours of a garment are the cloth's, unless they are w
           append_float_accessor(document, floats_of(colours), 4, false);
       REQUIRE(save_gltf(document, plain.garment));
       DressOptions options = all();
-      if (given) options.keep.color = V3f(0.3F, 0.2F, 0.3F);
+      if (given) options.color_options.color = V3f(0.3F, 0.2F, 0.3F);
       const DressReport report = test::need(plain.dress(options));
       const Scene scene = test::need(read_scene(plain.output));
       CHECK(scene.primitives[0].colors.empty() == (given && red < 1));
@@ -320,7 +322,8 @@ TEST_CASE("dress: vertex colours of a garment are the cloth's, unless they are w
           red < 1 ? std::vector<std::string>{"COLOR_0"} : std::vector<std::string>{};
       if (!given) CHECK(report.materials[0].kept == said);
       if (!given)
-        CHECK(scene.materials[0].kept.tint.x == doctest::Approx(red < 1 ? 0.8 / 0.3 : 1).epsilon(1e-3));
+        CHECK(scene.materials[0].garment_textures.tint.x ==
+              doctest::Approx(red < 1 ? 0.8 / 0.3 : 1).epsilon(1e-3));
       if (given && red < 1) CHECK(report.materials[0].replaced.front() == "COLOR_0");
       CHECK(check_gltf(plain.output).empty());
     }
@@ -361,7 +364,7 @@ TEST_CASE("dress: what a mask cuts has no backing, which would show beside it") 
   DressOptions options = all();
   options.backing = V3f(0, 0, 0);
   const DressReport report = test::need(worn.dress(options));
-  CHECK(report.backed == 0);
+  CHECK(report.backed_primitive_count == 0);
   CHECK(std::ranges::count_if(report.warnings, [](const std::string& line) {
           return line.find("has no backing") != std::string::npos;
         }) == 1);

@@ -45,7 +45,8 @@ std::size_t added_bytes(const RawGlb& dressed, const RawGlb& garment) {
   const auto bytes_of = [](const RawGlb& file) {
     std::size_t sum = 0;
     const Json& extension = member(member(file.json, "extensions"), names::gltf::fabric_extension);
-    for (const Json& list : {array_of(file.json, "images"), array_of(extension, names::gltf::fabrics)}) {
+    for (const Json& list :
+         {array_member(file.json, "images"), array_member(extension, names::gltf::fabrics)}) {
       for (const Json& entry : list)
         sum +=
             file.json["bufferViews"][entry["bufferView"].get<std::size_t>()]["byteLength"].get<std::size_t>();
@@ -71,21 +72,21 @@ TEST_CASE("dress: compressed in, compressed out") {
         const std::size_t added = json + added_bytes(RawGlb(workshop.output), before);
         return (static_cast<double>(fs::file_size(workshop.output)) - static_cast<double>(added)) / size;
       };
-      REQUIRE(workshop.dress({.all = true}));
+      REQUIRE(workshop.dress({.all_cloth = true}));
       CHECK(grown() < 1.1);
       CHECK(RawGlb(workshop.output).streams() == before.streams());
       CHECK(moments(workshop.output) == moments(workshop.garment));
 
-      REQUIRE(workshop.dress({.all = true, .unwrap = Unwrapping::always}));
+      REQUIRE(workshop.dress({.all_cloth = true, .unwrap = Unwrapping::always}));
       CHECK(grown() < 1.6);
       CHECK(RawGlb(workshop.output).streams().empty() == before.streams().empty());
       const std::vector<double> packed = moments(workshop.output);
       // The same garment without an encoding to return to.
       GltfDocument document = test::need(load_gltf(workshop.garment));
-      document.packed = {};
+      document.original_encoding = {};
       workshop.garment = workshop.folder / "plain.glb";
       REQUIRE(save_gltf(document, workshop.garment));
-      REQUIRE(workshop.dress({.all = true, .unwrap = Unwrapping::always}));
+      REQUIRE(workshop.dress({.all_cloth = true, .unwrap = Unwrapping::always}));
       const std::vector<double> plain = moments(workshop.output);
       for (std::size_t k = 0; k < plain.size(); ++k) {
         CAPTURE(k);
@@ -100,7 +101,7 @@ TEST_CASE("dress: a backing is compressed as its garment, which keeps its stream
     Workshop workshop;
     workshop.garment = test::encoded_cloths()[0] + encoding + ".glb";
     const std::vector<std::string> before = RawGlb(workshop.garment).streams();
-    REQUIRE(workshop.dress({.all = true, .backing = V3f(0, 0, 0)}));
+    REQUIRE(workshop.dress({.all_cloth = true, .backing = V3f(0, 0, 0)}));
     std::vector<std::string> after = RawGlb(workshop.output).streams();
     CHECK(after.size() == before.size() + 1);
     after.resize(before.size());

@@ -28,8 +28,8 @@ struct Surface {
 };
 
 /// A grid of squares over [0, 1]^2, each of two triangles, whose last column lies on the first in space.
-template <class Place>
-Surface grid(int columns, int rows, const Place& place) {
+template <class PrimitiveIndex>
+Surface grid(int columns, int rows, const PrimitiveIndex& place) {
   Surface surface;
   for (int j = 0; j <= rows; ++j) {
     for (int i = 0; i <= columns; ++i)
@@ -75,7 +75,7 @@ double stretch_below(const Surface& surface, const Charts& charts, double fracti
     std::array<V3d, 3> corners;
     std::array<V2d, 3> plane;
     for (std::size_t k = 0; k < 3; ++k) {
-      corners[k] = surface.positions[charts.sources[charts.indices[t + k]]];
+      corners[k] = surface.positions[charts.source_vertices[charts.indices[t + k]]];
       plane[k] = charts.uvs[charts.indices[t + k]];
     }
     const double area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
@@ -120,13 +120,15 @@ TEST_CASE("charts: a tube lies flat in its true size, upright, in four strips") 
   CHECK(flat_area(charts) == doctest::Approx(around * 0.5).epsilon(1e-6));
   CHECK(charts.indices.size() == surface.triangles.size());
   for (std::size_t i = 0; i < charts.indices.size(); ++i)
-    CHECK(surface.positions[charts.sources[charts.indices[i]]] == surface.positions[surface.triangles[i]]);
+    CHECK(surface.positions[charts.source_vertices[charts.indices[i]]] ==
+          surface.positions[surface.triangles[i]]);
   // A metre down is a metre along v.
   for (std::size_t t = 0; t < charts.indices.size(); t += 3) {
     const std::uint32_t a = charts.indices[t];
     const std::uint32_t c = charts.indices[t + 2];
     CHECK(charts.uvs[c].y - charts.uvs[a].y ==
-          doctest::Approx(surface.positions[charts.sources[a]].y - surface.positions[charts.sources[c]].y)
+          doctest::Approx(surface.positions[charts.source_vertices[a]].y -
+                          surface.positions[charts.source_vertices[c]].y)
               .epsilon(1e-6));
   }
 }
@@ -194,7 +196,7 @@ TEST_CASE("charts: triangles that share no vertices, face any way or lie on each
     CHECK(charts.count == static_cast<int>(c.sides) * count);
     REQUIRE(charts.indices.size() == soup.triangles.size());
     for (std::size_t i = 0; i < charts.indices.size(); ++i)
-      REQUIRE(charts.sources[charts.indices[i]] == soup.triangles[i]);
+      REQUIRE(charts.source_vertices[charts.indices[i]] == soup.triangles[i]);
   }
 }
 
@@ -225,7 +227,7 @@ TEST_CASE("charts: no triangle is lost where a surface is no two-manifold") {
     CHECK(charts.count == c.count);
     REQUIRE(charts.indices.size() == c.surface.triangles.size());
     for (std::size_t i = 0; i < charts.indices.size(); ++i)
-      CHECK(charts.sources[charts.indices[i]] == c.surface.triangles[i]);
+      CHECK(charts.source_vertices[charts.indices[i]] == c.surface.triangles[i]);
   }
 }
 
@@ -256,7 +258,7 @@ TEST_CASE("dress: copies of vertices at seams do not repeat their faults") {
        {"bufferView",
         append_view(document, test::need(encode_png(Image{1, 1, 3, {0.5F, 0.5F, 1}}, Transfer::keep)))}}};
   REQUIRE(save_gltf(document, workshop.garment));
-  REQUIRE(workshop.dress({.all = true, .unwrap = Unwrapping::always}));
+  REQUIRE(workshop.dress({.all_cloth = true, .unwrap = Unwrapping::always}));
   const GltfDocument dressed = test::need(load_gltf(workshop.output));
   GltfReader reader(dressed);
   const Json& attributes = dressed.json["meshes"][0]["primitives"][0]["attributes"];
@@ -286,9 +288,9 @@ TEST_CASE("dress: a garment without texture coordinates gets them in metres, wha
     CHECK(test::need(workshop.dress({.materials = {"#0"}})).warnings.size() == 1);
     const DressReport report =
         test::need(workshop.dress({.materials = {"#0"}, .unwrap = Unwrapping::always}));
-    CHECK(report.unwrapped.at(0).charts == 4);
-    CHECK(report.materials[0].size.stretch == doctest::Approx(1).epsilon(1e-4));
-    CHECK_FALSE(report.unwrapped.at(0).replaced);
+    CHECK(report.unwrap_reports.at(0).chart_count == 4);
+    CHECK(report.materials[0].size.stretch_p95 == doctest::Approx(1).epsilon(1e-4));
+    CHECK_FALSE(report.unwrap_reports.at(0).had_uvs);
     CHECK(report.materials[0].repeats.x == doctest::Approx(200).epsilon(1e-4));
     CHECK(report.materials[0].repeats.y == doctest::Approx(250).epsilon(1e-4));
     CHECK(report.warnings.empty());
@@ -319,15 +321,16 @@ TEST_CASE("dress: coordinates that are stretched beyond use give way, beside the
     document.json["textures"] = {{{"source", 0}}};
     document.json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", 0}};
     REQUIRE(save_gltf(document, workshop.garment));
-    const DressReport report = test::need(workshop.dress({.all = true}));
-    CHECK(report.unwrapped.size() == (new_charts ? 1 : 0));
+    const DressReport report = test::need(workshop.dress({.all_cloth = true}));
+    CHECK(report.unwrap_reports.size() == (new_charts ? 1 : 0));
     const Scene scene = test::need(read_scene(workshop.output));
     CHECK(scene.materials[0].fabric->tex_coord == (new_charts ? 1 : 0));
-    CHECK(scene.materials[0].kept.tint_texture.tex_coord == 0);
+    CHECK(scene.materials[0].garment_textures.tint_texture.tex_coord == 0);
     CHECK(scene.materials[0].double_sided);
     for (const Error& issue : check_gltf(workshop.output, {})) FAIL_CHECK(to_line(issue));
-    CHECK(test::need(workshop.dress({.all = true, .unwrap = Unwrapping::never})).unwrapped.empty());
-    const DressReport moved = test::need(workshop.dress({.all = true, .unwrap = Unwrapping::always}));
+    CHECK(
+        test::need(workshop.dress({.all_cloth = true, .unwrap = Unwrapping::never})).unwrap_reports.empty());
+    const DressReport moved = test::need(workshop.dress({.all_cloth = true, .unwrap = Unwrapping::always}));
     CHECK(moved.warnings[0].ends_with("show in other places now"));
   }
 }
@@ -335,27 +338,28 @@ TEST_CASE("dress: coordinates that are stretched beyond use give way, beside the
 TEST_CASE("dress: the back of a single-sided garment shows, with a remark, unless it is to stay hidden") {
   Workshop workshop;
   workshop.edit([](Json& json) { json["materials"][0].erase("doubleSided"); });
-  CHECK(test::need(workshop.dress({.all = true})).warnings.size() == 1);
+  CHECK(test::need(workshop.dress({.all_cloth = true})).warnings.size() == 1);
   CHECK(test::need(read_scene(workshop.output)).materials[0].double_sided);
-  CHECK(test::need(workshop.dress({.all = true, .single_sided = true})).warnings.empty());
+  CHECK(test::need(workshop.dress({.all_cloth = true, .single_sided = true})).warnings.empty());
   CHECK_FALSE(test::need(read_scene(workshop.output)).materials[0].double_sided);
 }
 
 TEST_CASE("dress: unwrapping replaces coordinates, counts as memory, and needs an area") {
   const Workshop workshop(garment_of(tube(0.1, 0.5)));
-  const DressReport report = test::need(workshop.dress({.all = true, .unwrap = Unwrapping::always}));
-  CHECK(report.unwrapped.at(0).replaced);
+  const DressReport report = test::need(workshop.dress({.all_cloth = true, .unwrap = Unwrapping::always}));
+  CHECK(report.unwrap_reports.at(0).had_uvs);
   CHECK(report.warnings.empty());
   // The charts on a set of their own: the first stays.
   const DressReport second =
-      test::need(workshop.dress({.all = true, .unwrap = Unwrapping::always, .tex_coord = 1}));
-  CHECK_FALSE(second.unwrapped.at(0).replaced);
+      test::need(workshop.dress({.all_cloth = true, .unwrap = Unwrapping::always, .tex_coord = 1}));
+  CHECK_FALSE(second.unwrap_reports.at(0).had_uvs);
   CHECK(test::need(read_scene(workshop.output)).primitives[0].tex_coords[0].front() == V2d(0, 0));
-  DressOptions options{.all = true, .unwrap = Unwrapping::always};
+  DressOptions options{.all_cloth = true, .unwrap = Unwrapping::always};
   options.limits.document.memory = 3 << 20;  // for 960 triangles
   CHECK(test::error_of(workshop.dress(options)).code == Code::file_too_large);
   const Workshop flat(garment_of({{V3d(0, 0, 0), V3d(1, 0, 0), V3d(2, 0, 0)}, {0, 1, 2}}));
-  CHECK(test::error_of(flat.dress({.all = true, .unwrap = Unwrapping::always})).code == Code::garment_empty);
+  CHECK(test::error_of(flat.dress({.all_cloth = true, .unwrap = Unwrapping::always})).code ==
+        Code::garment_empty);
 }
 
 TEST_CASE("dress: garments of the field are unwrapped with little stretch, skins and morph targets too") {
@@ -371,10 +375,10 @@ TEST_CASE("dress: garments of the field are unwrapped with little stretch, skins
     const DressReport report =
         test::need(workshop.dress({.materials = {"#0"}, .unwrap = Unwrapping::always}));
     const UvSize& size = report.materials[0].size;
-    CHECK(size.stretch < 1.5);
-    CHECK(size.without == 0);
-    CHECK(size.metres.x == doctest::Approx(1).epsilon(0.1));
-    CHECK(size.metres.y == doctest::Approx(1).epsilon(0.1));
+    CHECK(size.stretch_p95 < 1.5);
+    CHECK(size.fraction_without_uvs == 0);
+    CHECK(size.metres_per_uv.x == doctest::Approx(1).epsilon(0.1));
+    CHECK(size.metres_per_uv.y == doctest::Approx(1).epsilon(0.1));
     // The surface is where it was.
     const Imath::Box3d before = bounds_of(test::need(read_scene(workshop.garment)));
     const Imath::Box3d after = bounds_of(test::need(read_scene(workshop.output)));
@@ -397,7 +401,7 @@ TEST_CASE("dress: a primitive without an area does not keep the others from bein
     for (Json& primitive : json["meshes"][0]["primitives"]) primitive["attributes"].erase("TEXCOORD_0");
   });
   const DressReport report = test::need(workshop.dress({.materials = {"#0"}, .unwrap = Unwrapping::always}));
-  CHECK(report.unwrapped.at(0).charts == 4);
+  CHECK(report.unwrap_reports.at(0).chart_count == 4);
   for (const Error& issue : check_gltf(workshop.output, {})) {
     if (issue.code != Code::gltf_advice) FAIL_CHECK(to_line(issue));
   }
@@ -407,7 +411,7 @@ TEST_CASE("dress: a material without an area is left alone where all are dressed
   Garment garment = test::square(2);
   for (V3f& position : garment.primitives[1].positions) position.y = 0;
   const Workshop workshop(garment);
-  const DressReport report = test::need(workshop.dress({.all = true, .unwrap = Unwrapping::always}));
+  const DressReport report = test::need(workshop.dress({.all_cloth = true, .unwrap = Unwrapping::always}));
   CHECK(report.materials.size() == 1);
   CHECK(std::ranges::count(report.warnings,
                            "material #1 was left alone: no triangle has an area to lay flat") == 1);

@@ -21,7 +21,7 @@ struct UsdLayer {
   UsdFiles files;
   std::string text;
 
-  explicit UsdLayer(const Workshop& workshop, const DressOptions& options = {.all = true}) {
+  explicit UsdLayer(const Workshop& workshop, const DressOptions& options = {.all_cloth = true}) {
     REQUIRE(workshop.dress(options));
     const GltfDocument document = test::need(load_gltf(workshop.output));
     files = test::need(usd_of(document, workshop.folder / "layer.usda"));
@@ -90,7 +90,7 @@ TEST_CASE("usd: nodes, the second UV set and single-sidedness are kept") {
     Json& attributes = json["meshes"][0]["primitives"][0]["attributes"];
     attributes["TEXCOORD_1"] = attributes["TEXCOORD_0"];
   });
-  const UsdLayer layer(workshop, {.all = true, .single_sided = true, .tex_coord = 1});
+  const UsdLayer layer(workshop, {.all_cloth = true, .single_sided = true, .tex_coord = 1});
   CHECK(layer.has("matrix4d xformOp:transform = ( (2, 0, 0, 0), (0, 2, 0, 0), (0, 0, 2, 0), (1, 2, 3, 1) )"));
   CHECK(layer.has("texCoord2f[] primvars:st1 = "));
   CHECK(layer.has("string inputs:varname = \"st1\""));

@@ -52,7 +52,7 @@ TEST_CASE("dress: pictures in WebP are read, kept as a print, and pass through a
     }
     CHECK(test::error_of(decode_image(encoded.bytes, "webp", Transfer::keep, {.pixels = 5})).code ==
           Code::file_too_large);
-    REQUIRE(workshop.dress({.all = true, .keep = {.base_color = true}}));
+    REQUIRE(workshop.dress({.all_cloth = true, .color_options = {.keeps_base_color = true}}));
     const Scene dressed = test::need(read_scene(workshop.output));
     CHECK(dressed.images.at(dressed.materials[0].base_color_texture.image).bytes == encoded.bytes);
   }

@@ -73,7 +73,7 @@ auto flat(double sense = 1) {
 const RepeatFrame frame{V2d(period), height};
 
 LaidCloth laid_on(const Cloth& cloth, const Yarns& yarns, const RepeatMesh& mesh) {
-  const auto cells = cells_of(cloth, reach_of(yarns), 1000);
+  const auto cells = cells_of(cloth, yarn_uv_bounds(yarns), 1000);
   REQUIRE(cells);
   return place_repeats(cloth, *cells, yarns, frame, std::span(&mesh, 1), std::vector<int>(cells->size()));
 }
@@ -97,7 +97,7 @@ TEST_CASE("export: the mesh of a straight yarn is a tube as wide in the mean as 
   for (const double triangles : {1.0, 60.0, max_triangles(yarns)}) {
     const RepeatMesh mesh = mesh_of_repeat(yarns, triangles, 64);
     REQUIRE(mesh.tubes.size() == 1);
-    CHECK(static_cast<double>(triangles_of(mesh)) <= std::max(triangles, min_triangles(yarns)));
+    CHECK(static_cast<double>(mesh_triangle_count(mesh)) <= std::max(triangles, min_triangles(yarns)));
     // A convex section's mean width is its girth over pi.
     const double area = area_of(mesh.tubes[0].mesh);
     CHECK(area == doctest::Approx(2 * std::numbers::pi * radius * period.x).epsilon(1e-4));
@@ -149,14 +149,14 @@ TEST_CASE("export: repeats are whole copies, mirrored ones, bent or cut, as the 
     const LaidCloth laid = laid_on(c.cloth, yarns, mesh);
     const PlacedRepeats& placed = laid.repeats[0];
     std::array<std::size_t, 2> counts{};
-    for (const auto& [shape, copies] : placed.copies) counts[shape.mirrored] += copies.size();
+    for (const auto& [shape, copies] : placed.copies) counts[shape.is_mirrored] += copies.size();
     CHECK(counts[0] == c.copies);
     CHECK(counts[1] == c.mirrored);
-    CHECK(placed.cut_repeats == c.cut);
-    CHECK(placed.bent_repeats == 0);
-    CHECK(laid.gap <= c.gap);
-    CHECK(laid.overlap <= c.gap);
-    CHECK(area_of(placed.bent[0]) * 1e6 / whole == doctest::Approx(c.bent_area).epsilon(1e-3));
+    CHECK(placed.cut_repeat_count == c.cut);
+    CHECK(placed.bent_repeat_count == 0);
+    CHECK(laid.max_gap_radii <= c.gap);
+    CHECK(laid.max_overlap_radii <= c.gap);
+    CHECK(area_of(placed.bent_meshes[0]) * 1e6 / whole == doctest::Approx(c.bent_area).epsilon(1e-3));
     for (const auto& [shape, copies] : placed.copies) {
       TubeMesh middles;  // of the cells, in the mesh
       middles.positions = {V3f(period.x / 2, -period.y / 2, height)};
@@ -188,7 +188,7 @@ TEST_CASE("export: the file has the copies, and the triangles of the cloth are g
   const auto refused = [&](const ExportOptions& options) {
     return test::error_of(export_yarn(workshop.output, exported, options)).code;
   };
-  DressOptions dressing{.all = true};
+  DressOptions dressing{.all_cloth = true};
   dressing.repeats = V2d(4, 3);
   write();
   REQUIRE(workshop.dress(dressing));
@@ -197,15 +197,16 @@ TEST_CASE("export: the file has the copies, and the triangles of the cloth are g
   fabric.levels.front().set_yarns(std::make_shared<const Yarns>(straight_yarn(), period));
   write();
   REQUIRE(workshop.dress(dressing));
-  CHECK(refused({.triangles = 100}) == Code::file_too_large);
+  CHECK(refused({.triangle_budget = 100}) == Code::file_too_large);
   const auto report = export_yarn(workshop.output, exported, {});
   REQUIRE(report);
   REQUIRE(report->yarns.size() == 1);
-  CHECK(report->yarns[0].copies == 12);
+  CHECK(report->yarns[0].copy_count == 12);
   const Scene scene = test::need(read_scene(exported));
   CHECK(scene.instances.size() == 12);
   REQUIRE(scene.primitives.size() == 1);
-  CHECK(static_cast<std::int64_t>(scene.primitives[0].indices.size() / 3) == report->yarns[0].triangles[0]);
+  CHECK(static_cast<std::int64_t>(scene.primitives[0].indices.size() / 3) ==
+        report->yarns[0].triangles_per_repeat[0]);
   CHECK(scene.fabrics.empty());
   CHECK(scene.images.size() == 1);  // of the yarn
   REQUIRE(scene.materials.size() == 1);
@@ -213,9 +214,9 @@ TEST_CASE("export: the file has the copies, and the triangles of the cloth are g
   const auto region = export_yarn(workshop.output, exported, {.region = Imath::Box2d(V2d(0, 0), V2d(2, 1))});
   REQUIRE(region);
   REQUIRE(region->yarns.size() == 1);
-  CHECK(region->yarns[0].triangles.size() == 2);
-  CHECK(region->yarns[0].copies == 10);
-  CHECK(region->yarns[0].bent == 2);
+  CHECK(region->yarns[0].triangles_per_repeat.size() == 2);
+  CHECK(region->yarns[0].copy_count == 10);
+  CHECK(region->yarns[0].bent_count == 2);
   const std::string layer = workshop.folder / "yarn.usda";
   REQUIRE(export_yarn(workshop.output, layer, {.region = Imath::Box2d(V2d(0, 0), V2d(2, 1))}));
   const std::string text = test::bytes_of(layer);

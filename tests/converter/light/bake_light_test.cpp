@@ -40,13 +40,13 @@ Estimate estimate_of(const std::vector<double>& values) {
 RayScene scene_of(const CellMesh& mesh) { return test::need(RayScene::create(mesh, "test")); }
 
 /// Means over the cell of opacity * radiance (red), one estimate per seed: [light].
-std::vector<Estimate> cell_means(const TexelBaker& baker, const V3f& view, const LitBy& lights, int samples,
-                                 int seeds) {
+std::vector<Estimate> cell_means(const TexelBaker& baker, const V3f& view, const LightDirections& lights,
+                                 int samples, int seeds) {
   std::vector<std::vector<double>> means(lights.directions.size());
   for (int seed = 1; seed <= seeds; ++seed) {
     NoiseSum ignored;
     const ViewSamples seen =
-        baker.bake_view(view, lights, samples, mix(static_cast<std::uint64_t>(seed)), ignored);
+        baker.bake_view(view, lights, samples, hash64(static_cast<std::uint64_t>(seed)), ignored);
     const std::size_t texels = seen.alpha.size();
     for (std::size_t l = 0; l < means.size(); ++l) {
       double sum = 0;
@@ -76,7 +76,7 @@ TEST_CASE("grooves mask and shadow as Torrance and Sparrow's do") {
   constexpr double albedo = 0.75;
   const RayScene scene = scene_of(groove(2, slope, 0.75F));
   const TexelBaker baker(scene, 0, {4, 1}, 1.5);
-  const std::vector<V3f> directions = directions_of(grid_of(16));
+  const std::vector<V3f> directions = cell_directions(nearly_square_grid(16));
   const double cosine = 1 / std::sqrt(1 + double{slope} * double{slope});
   for (const V3f& v : directions) {
     const auto means = cell_means(baker, v, {directions}, 16, 64);
@@ -116,7 +116,7 @@ TEST_CASE("light between two plates is the geometric series of their albedos") {
     std::vector<double> means;
     for (std::uint64_t seed = 1; seed <= 64; ++seed) {
       NoiseSum ignored;
-      const ViewSamples seen = baker.bake_view({0, 0, 1}, {{&light, 1}}, 1024, mix(seed), ignored);
+      const ViewSamples seen = baker.bake_view({0, 0, 1}, {{&light, 1}}, 1024, hash64(seed), ignored);
       for (std::size_t t = 0; t < 3; ++t) {
         CHECK(static_cast<double>(seen.radiance[t].x) ==
               doctest::Approx(plate_albedo / pi * static_cast<double>(light.z)).epsilon(1e-5));
@@ -141,7 +141,7 @@ TEST_CASE("a knit with holes and a weave are white in a white furnace") {
   // weights w that arrive (0 from ended paths): steadier than the usual estimate, which rare losses rule.
   constexpr int side = 5;
   constexpr std::uint32_t paths = 4096;
-  const std::vector<V3f> views = directions_of(grid_of(4));
+  const std::vector<V3f> views = cell_directions(nearly_square_grid(4));
   for (const char* stitch : {"lace", "satin"}) {
     CAPTURE(stitch);
     auto mesh = test::need(load_cell(stitch));
@@ -157,8 +157,8 @@ TEST_CASE("a knit with holes and a weave are white in a white furnace") {
         double sum = 0;
         double square = 0;
         for (std::uint32_t i = 0; i < paths; ++i) {
-          PathSampler sampler(i, mix(static_cast<std::uint64_t>(texel)));
-          const V2d within = sampler.next();
+          PathSampler sampler(i, hash64(static_cast<std::uint64_t>(texel)));
+          const V2d within = sampler.next_pair();
           const V3d at((texel % side + within.x) / side * mesh.period.x,
                        (texel / side + within.y) / side * mesh.period.y, 0);
           const double w =

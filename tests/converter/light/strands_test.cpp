@@ -23,7 +23,7 @@ template <class Visit>
 void look_down(const RayScene& scene, const Visit& visit) {
   constexpr std::uint32_t count = 20000;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const V2d at = spread_point(i, 1);
+    const V2d at = sobol_point(i, 1);
     SurfacePoint point;
     if (scene.trace({at.x * scene.period().x, at.y * scene.period().y, 10}, {0, 0, -1}, point)) visit(point);
   }
@@ -39,10 +39,10 @@ TEST_CASE("strands of fibres turn normals and fibres and keep the mean colour") 
   double turned = 0;
   int count = 0;
   look_down(scene, [&](const SurfacePoint& point) {
-    const YarnBrdf s = surface_at(scene, point);
+    const YarnBrdf s = brdf_at(scene, point);
     CHECK(s.normal.length() == doctest::Approx(1));
-    CHECK(s.fibre.length() == doctest::Approx(1));
-    CHECK(std::abs(s.normal.dot(s.fibre)) < 1e-6);
+    CHECK(s.fibre_direction.length() == doctest::Approx(1));
+    CHECK(std::abs(s.normal.dot(s.fibre_direction)) < 1e-6);
     CHECK(s.normal.z > 0);
     mean += s.albedo;
     mean_mesh += V3d(scene.albedo(point));
@@ -72,9 +72,9 @@ TEST_CASE("rays meet the strands on the mesh that a file's yarn has there") {
       if (!hit || point.face_normal.z < 0.5F) return;
       YarnPoint seen = yarns.point_at(*hit);
       yarns.add_strands(seen, {0, 0, 1});
-      const YarnBrdf traced = surface_at(scene, point);
+      const YarnBrdf traced = brdf_at(scene, point);
       ++met;
-      same += (traced.normal - V3d(seen.strand)).length() < 0.3 ? 1 : 0;
+      same += (traced.normal - V3d(seen.strand_normal)).length() < 0.3 ? 1 : 0;
       const double shade = traced.albedo.x / static_cast<double>(scene.albedo(point).x);
       same_shade += std::abs(shade - static_cast<double>(seen.brightness)) < 0.02 ? 1 : 0;
     });

@@ -51,18 +51,18 @@ TEST_CASE("a translucent yarn by itself sends away of even light what the albedo
   for (std::uint32_t i = 0; i < count; ++i) {
     // Even light on its surface: a path from anywhere on it.
     PathSampler sampler(i, 3);
-    const V2d at = sampler.next();
+    const V2d at = sampler.next_pair();
     const double angle = 2 * pi * at.y;
     const V3d out(0, std::cos(angle), std::sin(angle));
     SurfacePoint point;
     REQUIRE(scene.trace(V3d(4 * at.x, 2, 0.5) + out * 0.6, -out, point));
     V3d throughput(1, 1, 1);
-    V3d towards = cosine_direction(V3d(point.face_normal), sampler.next());
+    V3d towards = cosine_direction(V3d(point.face_normal), sampler.next_pair());
     for (int depth = 0;; ++depth) {
-      const auto next = tracer.reflect(point, towards, depth, sampler, throughput);
+      const auto next = tracer.continue_path(point, towards, depth, sampler, throughput);
       if (!next) break;
       towards = -*next;
-      if (scene.trace(scene.leave(point, *next), *next, point)) continue;
+      if (scene.trace(scene.offset_origin(point, *next), *next, point)) continue;
       sum += throughput / count;
       break;
     }
@@ -85,7 +85,7 @@ TEST_CASE("plies that let light through are white in a white furnace, from both 
     double square = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
       PathSampler sampler(i, 5);
-      const V2d at = sampler.next() * scene.period();
+      const V2d at = sampler.next_pair() * scene.period();
       const double w = sky_seen(scene, tracer, V3d(at.x, at.y, 0) + v * 40.0, -v, sampler);
       sum += w;
       square += w * (w - 1);

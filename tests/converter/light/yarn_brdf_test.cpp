@@ -16,7 +16,7 @@ constexpr double pi = std::numbers::pi;
 YarnBrdf yarn(double albedo, float weight, float roughness, float lustre = 0) {
   YarnBrdf s;
   s.normal = V3d(0.2, -0.3, 0.8).normalized();
-  s.fibre = s.normal.cross(V3d(0, 1, 0)).normalized();
+  s.fibre_direction = s.normal.cross(V3d(0, 1, 0)).normalized();
   s.albedo = V3d(albedo);
   s.gloss = {weight, roughness, lustre};
   return s;
@@ -25,8 +25,8 @@ YarnBrdf yarn(double albedo, float weight, float roughness, float lustre = 0) {
 /// Unit, at this elevation's cosine and azimuth from the fibre.
 V3d direction(const YarnBrdf& s, double cosine, double azimuth) {
   const double planar = std::sqrt(1 - cosine * cosine);
-  return s.fibre * (planar * std::cos(azimuth)) + s.normal.cross(s.fibre) * (planar * std::sin(azimuth)) +
-         s.normal * cosine;
+  return s.fibre_direction * (planar * std::cos(azimuth)) +
+         s.normal.cross(s.fibre_direction) * (planar * std::sin(azimuth)) + s.normal * cosine;
 }
 
 /// Fraction of the light from `l` that is reflected, by the midpoint rule.
@@ -50,8 +50,8 @@ TEST_CASE("yarn is reciprocal") {
   const YarnBrdf s = yarn(0.4, 0.7F, 0.2F, 0.5F);
   for (std::uint32_t i = 0; i < 200; ++i) {
     PathSampler sampler(i, 1);
-    const V3d a = cosine_direction(s.normal, sampler.next());
-    const V3d b = cosine_direction(s.normal, sampler.next());
+    const V3d a = cosine_direction(s.normal, sampler.next_pair());
+    const V3d b = cosine_direction(s.normal, sampler.next_pair());
     CHECK(reflectance(s, a, b).x == doctest::Approx(reflectance(s, b, a).x).epsilon(1e-12));
   }
 }
@@ -75,7 +75,8 @@ TEST_CASE("yarn reflects no more light than falls on it, from any direction") {
         constexpr std::uint32_t count = 4096;
         for (std::uint32_t i = 0; i < count; ++i) {
           PathSampler sampler(i, 2);
-          if (const auto sample = sample_bsdf(white, l, sampler.next())) kept += sample->weight.x / count;
+          if (const auto sample = sample_bsdf(white, l, sampler.next_pair()))
+            kept += sample->weight.x / count;
         }
         // Weights lie in [0, 2]: deviation of the mean at most 1 / 128, less by even spreading.
         CHECK(std::abs(kept - albedo) < 4.0 / 128);
@@ -96,7 +97,7 @@ TEST_CASE("yarn with lustre reflects all light that matt yarn does, most of it a
         double mean = 0;
         for (std::uint32_t i = 0; i < count; ++i) {
           PathSampler sampler(i, 4);
-          if (const auto sample = sample_bsdf(s, l, sampler.next())) mean += sample->weight.x / count;
+          if (const auto sample = sample_bsdf(s, l, sampler.next_pair())) mean += sample->weight.x / count;
         }
         CHECK(mean == doctest::Approx(0.6).epsilon(0.01));
       }
@@ -115,10 +116,10 @@ TEST_CASE("a packet has the gloss of single points") {
     surfaces[i] = yarn(0.5, 0.1F + 0.05F * k, 0.05F + 0.05F * k, 0.05F * k);
     views[i] = direction(surfaces[i], 0.05 + 0.05 * static_cast<double>(i), 0.4 * static_cast<double>(i));
     if (i == 3) surfaces[i].gloss.weight = 0;
-    packet.set(i, surfaces[i], views[i]);
+    packet.set_lane(i, surfaces[i], views[i]);
   }
   for (std::uint32_t k = 0; k < 200; ++k) {
-    const V3f light(V3d(1, 0, 0) * (k == 0 ? 1.0 : 0.0) + cosine_direction({0, 0, 1}, spread_point(k, 9)));
+    const V3f light(V3d(1, 0, 0) * (k == 0 ? 1.0 : 0.0) + cosine_direction({0, 0, 1}, sobol_point(k, 9)));
     const V3f unit = light.normalized();
     GlossPacket::Lanes body;
     GlossPacket::Lanes gloss;
@@ -141,7 +142,7 @@ TEST_CASE("any power of two of spread points is spread over every elementary int
       for (int columns = 1; columns <= count; columns *= 2) {
         std::vector<int> in(static_cast<std::size_t>(count), 0);
         for (int i = 0; i < count; ++i) {
-          const V2d p = spread_point(static_cast<std::uint32_t>(i), seed);
+          const V2d p = sobol_point(static_cast<std::uint32_t>(i), seed);
           const int rows = count / columns;
           ++in[static_cast<int>(p.x * columns) * rows + static_cast<int>(p.y * rows)];
         }

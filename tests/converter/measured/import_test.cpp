@@ -31,7 +31,7 @@ BakeOptions bake_options(int texels_of_it, int pairs, std::uint64_t seed) {
 
 /// Held-out errors of the paper's model, fitted to samples, on pairs of others.
 std::vector<LevelComparison> errors_of(const Samples& samples, const PairSamples& truth) {
-  const SideSamples front = samples_of(samples, Side::front);
+  const SideSamples front = side_samples(samples, Side::front);
   const FitResult result =
       test::need(fit(front.level, front.header, {}, {}, front.pairs[index_of(PairKind::measured)]));
   return test::need(compare(result.fabric, truth, PairKind::held_out)).levels;
@@ -56,13 +56,13 @@ TEST_CASE("a traced weave comes back from pictures with noise and shifts, within
   options.views = options.lights = 36;
   const std::string table = folder / "pictures/table.csv";
   const ImportReport report = test::need(import_pictures(table, options, folder / "import.exr"));
-  CHECK(report.pictures == 260);
+  CHECK(report.picture_count == 260);
   CHECK(report.held_out == 26);
   CHECK(report.period_mm.x == doctest::Approx(mesh.period.x).epsilon(0.003));
   // Pixels are square: along y the picture is of a cloth that is stretched.
   CHECK(report.period_mm.y ==
         doctest::Approx(mesh.period.x * photo.period.y / photo.period.x).epsilon(0.003));
-  CHECK(report.left_out_error < 0.3);
+  CHECK(report.leave_one_out_error < 0.3);
 
   const auto own = errors_of(coarse, truth);
   const auto measured = errors_of(test::need(read_samples(folder / "import.exr")), truth);
@@ -70,13 +70,13 @@ TEST_CASE("a traced weave comes back from pictures with noise and shifts, within
   for (std::size_t k = 0; k < own.size(); ++k) {
     CAPTURE(k);
     CHECK(measured[k].psnr > own[k].psnr - 1);
-    CHECK(std::abs(measured[k].mean_error) < 0.05);
+    CHECK(std::abs(measured[k].relative_bias) < 0.05);
   }
 
   // The same bytes on any number of threads, and the given period as good as the found one.
-  set_threads(1);
+  set_thread_limit(1);
   test::need(import_pictures(table, options, folder / "alone.exr"));
-  set_threads(0);
+  set_thread_limit(0);
   CHECK(test::bytes_of(folder / "alone.exr") == test::bytes_of(folder / "import.exr"));
 }
 
@@ -84,7 +84,7 @@ TEST_CASE("pictures that do not go together are refused in one line") {
   const test::Folder folder;
   PairSamples samples;
   samples.width = samples.height = 1;
-  samples.pairs = random_pairs(20, 0.15, 3);
+  samples.pairs = random_direction_pairs(20, 0.15, 3);
   samples.alpha.assign(20, 1);
   samples.radiance.assign(20, V3f(0.1F));
   test::PhotographOptions photo;
@@ -121,7 +121,7 @@ TEST_CASE("pictures that do not go together are refused in one line") {
   test::need(test::photograph(samples, 20, folder / "p", photo));
   const ImportReport report = test::need(import_pictures(table, options, folder / "p/o.exr"));
   CHECK(report.texels == V2i(8, 6));
-  CHECK(report.left_out_error < 0.01);
+  CHECK(report.leave_one_out_error < 0.01);
   const PairSamples held = test::need(read_samples(folder / "p/o.exr")).pairs[index_of(PairKind::held_out)];
   REQUIRE(held.pairs.size() == 1);
   for (const V3f& r : held.radiance) CHECK(r.x == doctest::Approx(0.1).epsilon(0.001));

@@ -53,7 +53,7 @@ inline V3d cell_at(const PairSamples& samples, std::size_t pair, const V2d& plac
 /// own, and their table `folder`/table.csv.
 inline Result<void> photograph(const PairSamples& samples, std::size_t count, const std::string& folder,
                                const PhotographOptions& o = {}) {
-  return guarded(folder, [&]() -> Result<void> {
+  return catch_exceptions(folder, [&]() -> Result<void> {
     std::filesystem::create_directories(folder);
     std::string table = "file,light_x,light_y,light_z,view_x,view_y,view_z,exposure\n";
     constexpr int finer = 2;  // points a pixel along each axis

@@ -20,8 +20,8 @@ double value_of(Function function, const DirectionPair& pair) {
   return function == Function::lambert ? light.z : (1 + light.x - light.y) * (2 + view.z);
 }
 
-ScatteredValues known_at(Function function, const std::vector<DirectionPair>& pairs) {
-  ScatteredValues known{pairs, {}};
+PairValues known_at(Function function, const std::vector<DirectionPair>& pairs) {
+  PairValues known{pairs, {}};
   known.values.resize(static_cast<Eigen::Index>(pairs.size()), 1);
   for (std::size_t i = 0; i < pairs.size(); ++i)
     known.values(static_cast<Eigen::Index>(i), 0) = static_cast<float>(value_of(function, pairs[i]));
@@ -29,8 +29,8 @@ ScatteredValues known_at(Function function, const std::vector<DirectionPair>& pa
 }
 
 /// Relative root mean square error at other pairs.
-double error_of(Function function, const ScatteredValues& known, const std::vector<DirectionPair>& pairs) {
-  const Eigen::MatrixXf found = interpolate(known, choose_kernel(known, 1), pairs);
+double error_of(Function function, const PairValues& known, const std::vector<DirectionPair>& pairs) {
+  const Eigen::MatrixXf found = interpolate(known, choose_covariance(known, 1), pairs);
   double error = 0;
   double energy = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
@@ -43,7 +43,8 @@ double error_of(Function function, const ScatteredValues& known, const std::vect
 
 TEST_CASE("functions of light and view are recovered from 400 scattered pairs") {
   const auto error = [](Function function) {
-    return error_of(function, known_at(function, random_pairs(400, 0.15, 11)), random_pairs(200, 0.15, 12));
+    return error_of(function, known_at(function, random_direction_pairs(400, 0.15, 11)),
+                    random_direction_pairs(200, 0.15, 12));
   };
   CHECK(error(Function::lambert) < 0.005);
   CHECK(error(Function::bilinear) < 0.005);
@@ -51,11 +52,11 @@ TEST_CASE("functions of light and view are recovered from 400 scattered pairs") 
 }
 
 TEST_CASE("the left-out error is the error of interpolation without each pair") {
-  const ScatteredValues known = known_at(Function::gloss, random_pairs(25, 0.15, 13));
-  const ScatterKernel kernel = choose_kernel(known, 1);
+  const PairValues known = known_at(Function::gloss, random_direction_pairs(25, 0.15, 13));
+  const PairCovariance kernel = choose_covariance(known, 1);
   double error = 0;
   for (std::size_t i = 0; i < known.pairs.size(); ++i) {
-    ScatteredValues others{{}, {}};
+    PairValues others{{}, {}};
     others.values.resize(24, 1);
     for (std::size_t j = 0; j < known.pairs.size(); ++j) {
       if (j == i) continue;
@@ -67,7 +68,7 @@ TEST_CASE("the left-out error is the error of interpolation without each pair") 
     error += std::pow(1.0 * found - 1.0 * known.values(static_cast<Eigen::Index>(i), 0), 2);
   }
   const double expected = std::sqrt(error) / known.values.cast<double>().norm();
-  CHECK(kernel.left_out_error == doctest::Approx(expected).epsilon(1e-4));
+  CHECK(kernel.leave_one_out_error == doctest::Approx(expected).epsilon(1e-4));
 }
 
 }  // namespace

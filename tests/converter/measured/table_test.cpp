@@ -32,7 +32,7 @@ TEST_CASE("a table has its columns in any order, and directions of any length") 
   REQUIRE(pictures.size() == 20);
   CHECK(pictures[2].file == folder / "2.png");
   CHECK(pictures[2].exposure == 0.5);
-  CHECK(pictures[2].line == 5);
+  CHECK(pictures[2].table_line == 5);
   CHECK((pictures[2].pair.light - V3f(1, 0, 1) / std::sqrt(2.0F)).length() < 1e-6F);
   CHECK(pictures[2].pair.view == V3f(0, 0, 1));
 }

@@ -40,7 +40,7 @@ std::string text_of(const std::string& format, const CellMesh& mesh, const V3d& 
 }  // namespace
 
 TEST_CASE("a mesh a million cells away is read as the one that is here") {
-  const auto knit = test::need(load_cell("plain-knit", {.cells_across = 16}));
+  const auto knit = test::need(load_cell("plain-knit", {.cubes_across = 16}));
   const MeshImportOptions options{.period = knit.period, .up_axis = UpAxis::z};
   const V3d away(1e6 * knit.period.x, -1e6 * knit.period.y, 3e6);
   for (const std::string format : {"obj", "ply"}) {

@@ -21,7 +21,7 @@ using namespace selvedge;
 namespace {
 
 /// The segments of a curve in a row: each is a start and an end.
-std::vector<std::pair<V3d, V3d>> segments_of(const YarnData& data, std::size_t curve, const V2d& period) {
+std::vector<std::pair<V3d, V3d>> make_segments(const YarnData& data, std::size_t curve, const V2d& period) {
   std::size_t first = 0;
   for (std::size_t c = 0; c < curve; ++c) first += data.curves[c].nodes;
   const YarnCurve& c = data.curves[curve];
@@ -64,19 +64,19 @@ struct Bounds {
 /// Every found curve is near a true one of its turns and radius, and every true one near a found one.
 void check_found(const CellMesh& mesh, const YarnData& truth, const Bounds& bounds = {}) {
   const FoundYarns found = find_yarns(mesh);
-  CHECK(found.fraction >= bounds.fraction);
-  CHECK(found.fraction <= 1);
+  CHECK(found.explained_fraction >= bounds.fraction);
+  CHECK(found.explained_fraction <= 1);
   REQUIRE(found.yarns.curves.size() == truth.curves.size());
   YarnData lit = found.yarns;
   lit.light.resize(std::size_t{light_values_per_station} * counts_of(lit).stations);
   test::need(validate(lit, V2f(mesh.period)));
   std::vector<bool> taken(truth.curves.size(), false);
   for (std::size_t f = 0; f < found.yarns.curves.size(); ++f) {
-    const auto chain = segments_of(found.yarns, f, mesh.period);
+    const auto chain = make_segments(found.yarns, f, mesh.period);
     std::size_t nearest = 0;
     double rms = std::numeric_limits<double>::max();
     for (std::size_t t = 0; t < truth.curves.size(); ++t) {
-      const double distance = rms_between(chain, segments_of(truth, t, mesh.period), mesh.period);
+      const double distance = rms_between(chain, make_segments(truth, t, mesh.period), mesh.period);
       if (distance < rms) nearest = t;
       rms = std::min(rms, distance);
     }
@@ -177,9 +177,9 @@ TEST_CASE("noise, missing normals, a new scale and place, and a quarter turn do 
 TEST_CASE("the threads do not change what is found") {
   YarnData truth;
   const CellMesh mesh = mesh_with(testing::ring(5, 1.4, 0.5), 4, truth);
-  set_threads(1);
+  set_thread_limit(1);
   const YarnData by_one = find_yarns(mesh).yarns;
-  set_threads(0);
+  set_thread_limit(0);
   CHECK(find_yarns(mesh).yarns == by_one);
 }
 
@@ -191,7 +191,7 @@ TEST_CASE("a plane, a fence, grooves, a ball and a flat band are no yarn") {
   recompute_normals(band);
   for (const CellMesh& mesh : {test::floor_of(5, 1, 0.5F), test::fence(5, 3, 0.5F, 0.5F),
                                test::groove(5, 1, 0.5F), mesh_with(ball, 10, truth), band}) {
-    CHECK(find_yarns(mesh).fraction < 0.3);
+    CHECK(find_yarns(mesh).explained_fraction < 0.3);
   }
 }
 
@@ -201,13 +201,13 @@ TEST_CASE("open ends and colours that change along a yarn are not represented") 
   SUBCASE("a gap of a third of the repeat") {
     std::erase_if(mesh.triangles, [&](const V3i& t) { return mesh.positions[t.x].x < 1.4F; });
     CHECK(find_yarns(mesh).yarns.curves.empty());
-    CHECK(find_yarns(mesh).fraction == 0);
+    CHECK(find_yarns(mesh).explained_fraction == 0);
   }
   SUBCASE("two colours, half and half") {
     for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
       mesh.albedo[v] = mesh.positions[v].x < 2 ? V3f(0.1F, 0.1F, 0.1F) : V3f(0.9F, 0.9F, 0.9F);
     }
     CHECK(find_yarns(mesh).yarns.curves.size() == 1);
-    CHECK(find_yarns(mesh).fraction < 0.1);
+    CHECK(find_yarns(mesh).explained_fraction < 0.1);
   }
 }

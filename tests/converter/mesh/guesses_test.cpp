@@ -37,9 +37,9 @@ TEST_CASE("period, unit and axis are guessed where they are not given, and where
     CHECK(choices.up_axis == axis);
     CHECK(choices.period == V2d(6, 4));
     CHECK(choices.scale_to_mm == 1);
-    CHECK(choices.period_from == "guessed: the extent of the mesh");
-    CHECK(choices.scale_from == "guessed: millimetres");
-    CHECK(choices.up_axis_from.starts_with("guessed: "));
+    CHECK(choices.period_source == "guessed: the extent of the mesh");
+    CHECK(choices.scale_source == "guessed: millimetres");
+    CHECK(choices.up_axis_source.starts_with("guessed: "));
   }
   const MeshChoices small = chosen("small.obj", metres, {});
   CHECK(small.scale_to_mm == 1000);
@@ -49,12 +49,12 @@ TEST_CASE("period, unit and axis are guessed where they are not given, and where
   CHECK(given.period == V2d(3, 2));
   CHECK(given.scale_to_mm == 0.5);
   CHECK(given.up_axis == UpAxis::z);
-  for (const std::string& from : {given.period_from, given.scale_from, given.up_axis_from})
+  for (const std::string& from : {given.period_source, given.scale_source, given.up_axis_source})
     CHECK(from == "given");
   const MeshChoices ours = chosen("ours.obj", "# period 5 x 3.8 mm\n" + metres, {});
   CHECK(ours.period == V2d(5, 3.8));
   CHECK(ours.scale_to_mm == 1);
-  CHECK(ours.period_from == "a comment in the file");
+  CHECK(ours.period_source == "a comment in the file");
 }
 
 TEST_CASE("our own meshes are read back without options") {

@@ -27,11 +27,11 @@ std::string text_of(const std::vector<ChartStitch>& row) {
   std::string text;
   for (const ChartStitch& stitch : row) {
     text += text.empty() ? "" : " ";
-    text += stitch.through.empty() ? "o" : (stitch.purl ? "p" : "k");
-    if (stitch.through.empty() || stitch.through == std::vector{0}) continue;
-    for (std::size_t k = 0; k < stitch.through.size(); ++k)
-      text += (k > 0 ? "," : "") + std::to_string(stitch.through[k]);
-    if (stitch.layer != 0) text += stitch.layer > 0 ? "+" : "-";
+    text += stitch.source_loops.empty() ? "o" : (stitch.purl ? "p" : "k");
+    if (stitch.source_loops.empty() || stitch.source_loops == std::vector{0}) continue;
+    for (std::size_t k = 0; k < stitch.source_loops.size(); ++k)
+      text += (k > 0 ? "," : "") + std::to_string(stitch.source_loops[k]);
+    if (stitch.cable_layer != 0) text += stitch.cable_layer > 0 ? "+" : "-";
   }
   return text;
 }
@@ -87,10 +87,10 @@ TEST_CASE("a row is knitted with the yarns of its letters, else with the first")
   REQUIRE(text.knit.yarns.size() == 2);
   CHECK(text.knit.yarns[0].albedo == V3f(1, 0, 0));
   CHECK(text.knit.yarns[0].radius_mm == 0.25);
-  CHECK(text.knit.yarns[0].fibre == find_yarn_kind("wool"));
+  CHECK(text.knit.yarns[0].fibre_kind == find_yarn_kind("wool"));
   CHECK(text.knit.yarns[1].albedo == V3f(0.25F, 0.5F, 1));
   CHECK(text.knit.yarns[1].radius_mm == doctest::Approx(0.395));  // as 0.6 to 5 mm and 3.8 mm
-  CHECK(text.knit.yarns[1].fibre == find_yarn_kind("silk"));
+  CHECK(text.knit.yarns[1].fibre_kind == find_yarn_kind("silk"));
   CHECK(text.settings[1] == StitchSettings{{"plies", {2}}});
   std::string yarns;
   for (const auto& stitches : text.knit.rows) {
@@ -220,13 +220,13 @@ TEST_CASE("a chart on disk is a stitch with the parameters of a knit and of each
   }));
   CHECK(refused.message == "too few");
   CHECK(told.min_texels == found.min_texels * 2);
-  CHECK(told.cells == found.stitches * 4);
-  CHECK_FALSE(told.woven);
+  CHECK(told.crossing_count == found.stitch_count * 4);
+  CHECK_FALSE(told.is_woven);
   CHECK(found.min_texels == V2i(4, 8));
   REQUIRE(found.pattern.yarns.size() == 2);
-  CHECK(found.pattern.yarns[0].fibre == find_yarn_kind("wool"));
+  CHECK(found.pattern.yarns[0].fibre_kind == find_yarn_kind("wool"));
   CHECK(found.pattern.yarns[0].plies == 3);
-  CHECK(found.pattern.yarns[1].fibre == 0);
+  CHECK(found.pattern.yarns[1].fibre_kind == 0);
   CHECK(found.pattern.yarns[1].plies == 2);
   const StitchPattern set = test::need(find_stitch(path, {{"yarn", {2}},
                                                           {"second_plies", {4}},
@@ -235,7 +235,7 @@ TEST_CASE("a chart on disk is a stitch with the parameters of a knit and of each
                                                           {"course_mm", {1.9}}}))
                                 .pattern;
   CHECK(set.period_mm == V2d(2.5, 3.8));
-  for (const Yarn& yarn : set.yarns) CHECK(yarn.fibre == 2);
+  for (const Yarn& yarn : set.yarns) CHECK(yarn.fibre_kind == 2);
   CHECK(set.yarns[0].radius_mm == doctest::Approx(0.2));
   CHECK(set.yarns[1].radius_mm == doctest::Approx(0.25));
   CHECK(set.yarns[1].plies == 4);

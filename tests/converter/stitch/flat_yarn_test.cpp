@@ -31,7 +31,7 @@ const auto& built_in(const std::string& name) {
   const auto [known, is_new] = all.try_emplace(name);
   if (is_new) {
     FoundStitch found = test::need(find_stitch(name));
-    TextileNumbers numbers = test::need(textile_numbers(found.pattern, found.stitches));
+    TextileNumbers numbers = test::need(textile_numbers(found.pattern, found.stitch_count));
     known->second = {std::move(found), std::move(numbers)};
   }
   return known->second;
@@ -112,7 +112,7 @@ TEST_CASE(
     YarnData data = test::need(yarn_curves_of(pattern));
     data.light.assign(std::size_t{light_values_per_station} * data.curves[0].stations, 0);
     const Yarns yarns(std::move(data), V2f(pattern.period_mm));
-    CHECK(static_cast<double>(yarns.inside().high - yarns.inside().low) ==
+    CHECK(static_cast<double>(yarns.geometry().max_z - yarns.geometry().min_z) ==
           doctest::Approx(2 * high).epsilon(5e-3));
   }
 }
@@ -146,7 +146,7 @@ TEST_CASE("mesh and level -1 have the same flat yarn: rays meet both at the same
       const V3f& at = mesh.positions[v];
       const auto hit = yarns.trace({at.x / mesh.period.x, -at.y / mesh.period.y}, 0, {0, 0, 1});
       REQUIRE(hit);
-      const float above = yarns.inside().segments[hit->segment].start.z + hit->from_start.z - at.z;
+      const float above = yarns.geometry().segments[hit->segment].start.z + hit->from_start.z - at.z;
       if (above > 0.1F) continue;  // another yarn lies above
       apart.push_back(std::abs(above));
       turned.push_back((yarns.point_at(*hit).normal - mesh.normals[v]).length());
@@ -189,12 +189,12 @@ TEST_CASE("squashed yarn closes weaves: it keeps its area, and covers more than 
     CAPTURE(name);
     const auto& [found, numbers] = built_in(name);
     const StitchPattern& pattern = found.pattern;
-    const double overlap = -test::need(minimum_clearance(pattern, "")) / thinnest_of(pattern);
+    const double overlap = -test::need(minimum_clearance(pattern, "")) / min_half_thickness(pattern);
     CHECK(overlap <= touching_overlap);
-    CHECK(numbers.cover >= 0.985);
+    CHECK(numbers.cover_fraction >= 0.985);
     // Tubes are rigid and round, or as flat as they are told to be.
     const StitchPattern tubes = test::need(find_stitch(name, {{"yarn", {0}}})).pattern;
-    CHECK(numbers.cover > std::min(0.999, test::need(textile_numbers(tubes, 0)).cover));
+    CHECK(numbers.cover_fraction > std::min(0.999, test::need(textile_numbers(tubes, 0)).cover_fraction));
     CHECK(tubes.yarns.front().squeezes.empty());
     CHECK(tubes.yarns.front().flattening == 1);
   }
@@ -222,9 +222,9 @@ TEST_CASE("shirtings come to rest at their counts, without being thinned, and we
     CHECK(found.thickness_fraction == 1);
     CHECK(numbers.tex.front() == doctest::Approx(warp).epsilon(0.02));
     CHECK(numbers.tex.back() == doctest::Approx(weft).epsilon(0.02));
-    CHECK(numbers.weight > least);
-    CHECK(numbers.weight < most);
-    CHECK(numbers.cover > 0.9);
+    CHECK(numbers.weight_g_per_m2 > least);
+    CHECK(numbers.weight_g_per_m2 < most);
+    CHECK(numbers.cover_fraction > 0.9);
   }
 }
 
@@ -250,18 +250,18 @@ TEST_CASE(
     CAPTURE(info.name);
     CHECK(info.name == cloth.name);
     const auto& [found, numbers] = built_in(info.name);
-    MESSAGE(info.name, ": ", numbers.tex[0], " tex, ", numbers.weight, " g/m2, ", numbers.thickness_mm,
-            " mm, ", numbers.tightness);
-    CHECK(info.cover == doctest::Approx(numbers.cover).epsilon(0.002));
+    MESSAGE(info.name, ": ", numbers.tex[0], " tex, ", numbers.weight_g_per_m2, " g/m2, ",
+            numbers.thickness_mm, " mm, ", numbers.tightness);
+    CHECK(info.cover_fraction == doctest::Approx(numbers.cover_fraction).epsilon(0.002));
     for (const double tex : numbers.tex) {
       CHECK(tex >= cloth.min_tex);
       CHECK(tex <= cloth.max_tex);
     }
-    CHECK(numbers.weight >= cloth.min_weight);
-    CHECK(numbers.weight <= cloth.max_weight);
+    CHECK(numbers.weight_g_per_m2 >= cloth.min_weight);
+    CHECK(numbers.weight_g_per_m2 <= cloth.max_weight);
     CHECK(numbers.thickness_mm >= cloth.min_mm);
     CHECK(numbers.thickness_mm <= cloth.max_mm);
-    if (found.stitches > 0) CHECK(numbers.tightness == doctest::Approx(14).epsilon(0.36));  // 9 to 19
+    if (found.stitch_count > 0) CHECK(numbers.tightness == doctest::Approx(14).epsilon(0.36));  // 9 to 19
   }
 }
 
@@ -276,12 +276,13 @@ TEST_CASE("knits are of textile numbers, and squashed yarn covers them") {
     CAPTURE(name);
     const auto& [found, numbers] = built_in(name);
     const Yarn& yarn = found.pattern.yarns[0];
-    CHECK(numbers.cover >= least);
-    CHECK(numbers.cover <= most);
+    CHECK(numbers.cover_fraction >= least);
+    CHECK(numbers.cover_fraction <= most);
     // Round yarn covers less.
-    CHECK(test::need(textile_numbers(test::need(find_stitch(name, {{"yarn", {0}}})).pattern, found.stitches))
-              .cover < numbers.cover);
-    CHECK(numbers.cover_hairs >= std::max(numbers.cover, with_hairs));
+    CHECK(test::need(
+              textile_numbers(test::need(find_stitch(name, {{"yarn", {0}}})).pattern, found.stitch_count))
+              .cover_fraction < numbers.cover_fraction);
+    CHECK(numbers.cover_fraction_with_hairs >= std::max(numbers.cover_fraction, with_hairs));
     CHECK(-test::need(minimum_clearance(found.pattern, "")) <= touching_overlap * yarn.radius_mm);
     for (const V3d& squeeze : yarn.squeezes) CHECK(squeeze.length2() <= 0.7 + 1e-6);
   }
@@ -289,12 +290,12 @@ TEST_CASE("knits are of textile numbers, and squashed yarn covers them") {
   const auto knit =
       test::need(find_stitch("plain-knit", {{"tex", {500}}, {"packing", {0.4}}, {"tightness", {12}}}));
   CHECK(knit.pattern.yarns[0].radius_mm == doctest::Approx(10 * std::sqrt(500e-5 / (1.31 * 0.4 * pi))));
-  const auto numbers = test::need(textile_numbers(knit.pattern, knit.stitches));
+  const auto numbers = test::need(textile_numbers(knit.pattern, knit.stitch_count));
   CHECK(numbers.tex[0] == doctest::Approx(500));
   CHECK(numbers.tightness == doctest::Approx(12).epsilon(0.1));
   double length = 0;
   for (const BezierSegment& s : knit.pattern.yarns[0].segments) length += polygon_length(s);
-  CHECK(numbers.weight ==
+  CHECK(numbers.weight_g_per_m2 ==
         doctest::Approx(500 * length / (knit.pattern.period_mm.x * knit.pattern.period_mm.y)));
   for (const StitchSettings& extreme :
        {StitchSettings{{"tex", {1e6}}, {"tightness", {5}}},

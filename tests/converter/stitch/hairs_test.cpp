@@ -18,7 +18,7 @@ namespace {
 /// A straight yarn of radius 0.5 mm in a cell of 4 mm.
 StitchPattern hairy(double hairiness, double hair_mm, double loops) {
   StitchPattern pattern = cylinder(4, 0.5);
-  pattern.yarns[0].fibre = 2;
+  pattern.yarns[0].fibre_kind = 2;
   pattern.yarns[0].hairiness = hairiness;
   pattern.yarns[0].hair_mm = hair_mm;
   pattern.yarns[0].hair_loops = loops;
@@ -29,8 +29,8 @@ Hairs grown(const StitchPattern& pattern) { return test::need(mesh_stitch(patter
 
 double length_of(const Hairs& hairs, std::size_t hair) {
   double length = 0;
-  for (int k = 1; k < Hairs::points_each; ++k) {
-    const V3f* const point = &hairs.points[hair * Hairs::points_each + k];
+  for (int k = 1; k < Hairs::points_per_hair; ++k) {
+    const V3f* const point = &hairs.points[hair * Hairs::points_per_hair + k];
     length += static_cast<double>((point[0] - point[-1]).length());
   }
   return length;
@@ -46,28 +46,28 @@ TEST_CASE("rays to the hairs of the mesh meet the hairs of a file's yarn") {
   pattern.yarns[0].irregularity = 0.1;
   CellMesh mesh = test::need(mesh_stitch(pattern, {32}));
   for (float& radius : mesh.hairs.radius) radius = 0.03F;
-  for (float& passed : mesh.hairs.passed) passed = 0;
+  for (float& passed : mesh.hairs.transparency) passed = 0;
   YarnData data = mesh.yarns;
   REQUIRE(data.curves.size() == 1);
   data.curves[0].hairs.radius = 0.03F;
-  data.curves[0].hairs.kept = 1;
+  data.curves[0].hairs.opacity = 1;
   data.light.assign(std::size_t{light_values_per_station} * data.curves[0].stations, 0);
   const V2f period(mesh.period);
   const Yarns yarns(data, period);
   const auto scene = test::need(RayScene::create(mesh, "hairy"));
   int met = 0;
   int same = 0;
-  for (std::size_t h = 0; h < mesh.hairs.roots.size(); ++h) {
-    for (int k = 1; k < Hairs::points_each - 1; ++k) {
-      const V3f* const points = &mesh.hairs.points[h * Hairs::points_each];
+  for (std::size_t h = 0; h < mesh.hairs.root_triangles.size(); ++h) {
+    for (int k = 1; k < Hairs::points_per_hair - 1; ++k) {
+      const V3f* const points = &mesh.hairs.points[h * Hairs::points_per_hair];
       const V3f aim = (points[k] + points[k + 1]) * 0.5F;
       SurfacePoint point;
       if (!scene.trace({aim.x, aim.y, 10}, {0, 0, -1}, point)) continue;
-      if (point.hair < 0) continue;
+      if (point.hair_point < 0) continue;
       const auto hit = yarns.trace(
           V2d(static_cast<double>(aim.x / period.x), static_cast<double>(-aim.y / period.y)), 0, {0, 0, 1});
       ++met;
-      same += hit && yarns.inside().segments[hit->segment].rank > 0 ? 1 : 0;
+      same += hit && yarns.geometry().segments[hit->segment].hair_threshold > 0 ? 1 : 0;
     }
   }
   MESSAGE(same, " of ", met);
@@ -81,13 +81,13 @@ TEST_CASE("hairs are as long together as the hairiness says, and exponential up 
   double sum = 0;
   double longest = 0;
   std::size_t short_ones = 0;
-  for (std::size_t h = 0; h < hairs.roots.size(); ++h) {
+  for (std::size_t h = 0; h < hairs.root_triangles.size(); ++h) {
     const double length = length_of(hairs, h);
     sum += length;
     longest = std::max(longest, length);
     short_ones += length < 0.3 * std::log(2.0);
   }
-  const auto count = static_cast<double>(hairs.roots.size());
+  const auto count = static_cast<double>(hairs.root_triangles.size());
   // About 1,400 hairs: the standard error of the sum is 2 %.
   CHECK(sum == doctest::Approx(90 * 4).epsilon(0.06));
   CHECK(longest <= 0.9 * 1.0001);
@@ -95,8 +95,8 @@ TEST_CASE("hairs are as long together as the hairiness says, and exponential up 
   // Half of an exponential distribution lies below log 2 of its mean, and more of one that is cut.
   CHECK(static_cast<double>(short_ones) / count == doctest::Approx(0.5 / (1 - std::exp(-3.0))).epsilon(0.06));
   CHECK(hairs.radius[0] == doctest::Approx(0.0115));
-  CHECK(static_cast<double>(hairs.passed[0]) ==
-        doctest::Approx(forward_fraction(yarn_kinds()[2].refraction)));
+  CHECK(static_cast<double>(hairs.transparency[0]) ==
+        doctest::Approx(forward_fraction(yarn_kinds()[2].refractive_index)));
 }
 
 TEST_CASE("the same seed grows the same hairs, another one others, and too many are refused") {

@@ -133,7 +133,7 @@ Links links_of(const KnitChart& chart, const StitchPattern& pattern) {
           const int away = static_cast<int>(other.column) - static_cast<int>(loop.column) - turn * count;
           // A yarn over is drawn through nothing: what it passes, its neighbours' legs pass beyond their
           // feet.
-          if (!chart.rows[row][loop.column].through.empty()) {
+          if (!chart.rows[row][loop.column].source_loops.empty()) {
             links[{row, loop.column, away}].first += found.first;
             links[{row, loop.column, away}].second += found.second;
           } else {
@@ -180,7 +180,7 @@ Links expected(const KnitChart& chart) {
   for (std::size_t row = 0; row < chart.rows.size(); ++row) {
     for (std::size_t k = 0; k < chart.rows[row].size(); ++k) {
       const int way = chart.rows[row][k].purl ? -1 : 1;
-      for (const int through : chart.rows[row][k].through) links[{row, k, through}] = {way, -way};
+      for (const int through : chart.rows[row][k].source_loops) links[{row, k, through}] = {way, -way};
     }
   }
   return links;
@@ -217,9 +217,9 @@ TEST_CASE("each loop is drawn through the loops that its chart says and no other
     REQUIRE(validate(drawn, "chart"));
     CHECK(text_of(links_of(chart.knit, drawn)) == text_of(expected(chart.knit)));
     RelaxOptions options;
-    options.thins = true;
-    const Relaxed relaxed = relax(drawn, options);
-    CHECK(relaxed.settled);  // what find_stitch() accepts
+    options.may_thin = true;
+    const RelaxResult relaxed = relax(drawn, options);
+    CHECK(relaxed.has_settled);  // what find_stitch() accepts
     CHECK(text_of(links_of(chart.knit, relaxed.pattern)) == text_of(expected(chart.knit)));
     const double overlap = -test::need(minimum_clearance(relaxed.pattern, "")) / drawn.yarns[0].radius_mm;
     MESSAGE("overlap: ", overlap, " of the radius");
@@ -258,7 +258,7 @@ TEST_CASE("as drawn, yarns have the room that relaxation begins with, and the wi
     const KnitChart chart = test::need(read_chart(text, "chart")).knit;
     StitchPattern drawn = draw_knit(chart, "chart");
     CHECK(text_of(links_of(chart, drawn)) == text_of(expected(chart)));
-    for (Yarn& yarn : drawn.yarns) yarn.radius_mm *= RelaxOptions().start;
+    for (Yarn& yarn : drawn.yarns) yarn.radius_mm *= RelaxOptions().start_fraction;
     CHECK(test::need(minimum_clearance(drawn, "")) > 0);
   }
 }

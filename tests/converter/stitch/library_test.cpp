@@ -120,7 +120,7 @@ TEST_CASE("one entry adds a stitch") {
     const FoundStitch stitch = test::need(find_stitch(entry, of_tubes({})));
     check_stitch({entry.name, entry.description, {}}, stitch);
     const auto& yarn = test::need(find_stitch(entry)).pattern.yarns[0];
-    CHECK(yarn.fibre == find_yarn_kind("wool"));
+    CHECK(yarn.fibre_kind == find_yarn_kind("wool"));
   }
   // Lists of stitches follow the entries.
   const auto infos = built_in_stitches();
@@ -129,7 +129,7 @@ TEST_CASE("one entry adds a stitch") {
   std::string names;
   for (std::size_t i = 0; i < infos.size(); ++i) {
     CHECK(infos[i].name == entries[i].name);
-    CHECK(infos[i].cover == entries[i].cover);
+    CHECK(infos[i].cover_fraction == entries[i].cover_fraction);
     CHECK(test::need(describe_stitch(entries[i].name)).description == entries[i].description);
     names += (i == 0 ? "" : ", ") + entries[i].name;
   }
@@ -162,7 +162,7 @@ TEST_CASE("a knit has one endless chain per course, drawn through the course bel
     const StitchPattern pattern = found(name);
     REQUIRE(pattern.yarns.size() == rows.size());
     for (std::size_t course = 0; course < rows.size(); ++course) {
-      CHECK(turns_of(pattern.yarns[course], pattern.period_mm) == V2i(1, 0));
+      CHECK(chain_periods(pattern.yarns[course], pattern.period_mm) == V2i(1, 0));
       CHECK(stitches_of(pattern, course, static_cast<int>(rows[course].size())) == rows[course]);
     }
   }
@@ -226,7 +226,7 @@ TEST_CASE("a stitch description on disk is found by its path and takes the param
   pattern.name = "mine";
   REQUIRE(write_file(path, to_json(pattern)));
   CHECK(test::need(find_stitch(path)).pattern.name == "mine");
-  CHECK(test::need(find_stitch(path, {{"yarn", {4}}})).pattern.yarns[0].fibre == 4);
+  CHECK(test::need(find_stitch(path, {{"yarn", {4}}})).pattern.yarns[0].fibre_kind == 4);
   const auto set = find_stitch(path, {{"slack", {0}}});
   REQUIRE_FALSE(set);
   CHECK(set.error().place == "--set slack");

@@ -46,7 +46,7 @@ TEST_CASE("random signs give a closed surface: every edge twice, once each way")
       const auto key = static_cast<std::uint64_t>((node.z * 6 + node.y) * 8 + node.x);
       return Random(seed, key).uniform() - 0.5;
     };
-    const MarchedSurface surface = march(grid, noise);
+    const MarchedSurface surface = marching_cubes(grid, noise);
     const Topology topology = topology_of(as_mesh(surface, grid.period), 1, true);
     CHECK(topology.faces > 500);
     CHECK(topology.unpaired_on_walls == 0);
@@ -61,13 +61,13 @@ TEST_CASE("vertices on the far walls are copies of those on the near walls") {
   const auto function = [&](const V3d& p) {
     return p.z - 0.3 * std::sin(2 * std::numbers::pi / period * (p.x + p.y));
   };
-  const MarchedSurface surface = march({{period, period}, {10, 10, 10}, -1.03, 0.2}, function);
+  const MarchedSurface surface = marching_cubes({{period, period}, {10, 10, 10}, -1.03, 0.2}, function);
   int copies = 0;
   for (std::size_t v = 0; v < surface.positions.size(); ++v) {
     const V3d& p = surface.positions[v];
-    const V3d& q = surface.positions[surface.original[v]];
+    const V3d& q = surface.positions[surface.source_vertex[v]];
     const bool far = p.x == period || p.y == period;
-    CHECK(far == (surface.original[v] != static_cast<int>(v)));
+    CHECK(far == (surface.source_vertex[v] != static_cast<int>(v)));
     if (!far) continue;
     ++copies;
     CHECK(q.x == (p.x == period ? 0 : p.x));

@@ -52,7 +52,7 @@ TEST_CASE("a pattern written and read again is the same to the bit") {
   odd.yarns[0].plies = 3;
   odd.yarns[0].twist_per_mm = -1.0 / 7;
   odd.seed = 4294967295;
-  odd.yarns[0].fibre = 3;
+  odd.yarns[0].fibre_kind = 3;
   odd.yarns[0].fibre_degrees = 100.0 / 7;
   odd.yarns[0].hairiness = 1.0 / 3;
   odd.yarns[0].hair_mm = 0.1;
@@ -112,5 +112,5 @@ TEST_CASE("wrong types and missing members are refused with their JSON pointer")
 
 TEST_CASE("deep nesting is refused, not followed, and so is a text beyond the limit") {
   CHECK(refusal(std::string(1000000, '[')).starts_with("JSON_MALFORMED"));
-  CHECK(refusal(std::string(max_stitch_text + 1, ' ')).starts_with("FILE_TOO_LARGE"));
+  CHECK(refusal(std::string(max_stitch_bytes + 1, ' ')).starts_with("FILE_TOO_LARGE"));
 }

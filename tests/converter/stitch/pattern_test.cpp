@@ -27,9 +27,9 @@ std::string refusal(const StitchPattern& pattern, const StitchLimits& limits = {
 
 TEST_CASE("a yarn that runs on, a ring, and the rounding of written decimals are accepted") {
   CHECK(refusal(cylinder(4, 0.5)).empty());
-  CHECK(turns_of(cylinder(4, 0.5).yarns[0], V2d(4, 4)) == V2i(1, 0));
+  CHECK(chain_periods(cylinder(4, 0.5).yarns[0], V2d(4, 4)) == V2i(1, 0));
   StitchPattern rounded = ring(4, 1, 0.3);
-  CHECK(turns_of(rounded.yarns[0], V2d(4, 4)) == V2i(0, 0));
+  CHECK(chain_periods(rounded.yarns[0], V2d(4, 4)) == V2i(0, 0));
   rounded.yarns[0].segments[5][0].z += 0.9 * chain_tolerance * 0.3;
   CHECK(refusal(rounded).empty());
 }

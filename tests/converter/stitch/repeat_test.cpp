@@ -16,7 +16,7 @@ TEST_CASE("several repeats of a stitch are the same cloth, of yarns as long") {
     for (const int count : {2, 3}) {
       CAPTURE(name);
       CAPTURE(count);
-      const StitchPattern many = repeated(one, count);
+      const StitchPattern many = repeat_pattern(one, count);
       CHECK(validate(many, name).has_value());
       CHECK(many.period_mm == one.period_mm * count);
       std::size_t segments = 0;
@@ -29,7 +29,7 @@ TEST_CASE("several repeats of a stitch are the same cloth, of yarns as long") {
       Random random(1);
       for (int i = 0; i < 500; ++i) {
         const V3d at(random.uniform() * many.period_mm.x, random.uniform() * many.period_mm.y,
-                     surface.low() + random.uniform() * (surface.high() - surface.low()));
+                     surface.z_low() + random.uniform() * (surface.z_high() - surface.z_low()));
         CHECK(repeated_surface.distance(at) == doctest::Approx(surface.distance(at)).epsilon(1e-9));
       }
     }

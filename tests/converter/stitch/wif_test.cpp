@@ -91,7 +91,7 @@ WifDraft draft(const std::string& text) {
 std::string drawdown(const Weave& weave) {
   std::string text;
   for (std::size_t j = 0; j < weave.weft.size(); ++j) {
-    for (std::size_t i = 0; i < weave.warp.size(); ++i) text += weave.over(i, j) ? '#' : '-';
+    for (std::size_t i = 0; i < weave.warp.size(); ++i) text += weave.is_warp_over(i, j) ? '#' : '-';
     text += ' ';
   }
   return text;
@@ -135,15 +135,15 @@ TEST_CASE("a draft's threading, tie-up and treadling make its drawdown, reduced 
 
 TEST_CASE("spacing, thickness and colours come with their units and ranges") {
   const Weave weave = draft(good).weave;
-  CHECK(weave.warp_mm[0] == doctest::Approx(1));
-  CHECK(weave.weft_mm[3] == doctest::Approx(2));
+  CHECK(weave.warp_spacing_mm[0] == doctest::Approx(1));
+  CHECK(weave.weft_spacing_mm[3] == doctest::Approx(2));
   CHECK(weave.warp[0].radius_mm == doctest::Approx(0.3));
   CHECK(weave.warp[0].albedo == V3f(1, 0, 0));
   CHECK(weave.weft[0].albedo == V3f(0, 0, 1));
   const Weave inches = draft(with("Units=Centimeters\nSpacing=0.1", "Units=Inches \nSpacing=0.1")).weave;
-  CHECK(inches.warp_mm[0] == doctest::Approx(2.54));
+  CHECK(inches.warp_spacing_mm[0] == doctest::Approx(2.54));
   const Weave points = draft(with("Units=Centimeters\nSpacing=0.1", "Units=Decipoints\nSpacing=72")).weave;
-  CHECK(points.warp_mm[0] == doctest::Approx(2.54));
+  CHECK(points.warp_spacing_mm[0] == doctest::Approx(2.54));
   const auto wide = draft(with("Units=Centimeters\nSpacing=0.1", "Units=Inches\nSpacing=20")).remarks;
   CHECK(
       std::ranges::any_of(wide, [](const auto& line) { return line.starts_with("warp spacing of 508 mm"); }));
@@ -164,8 +164,8 @@ TEST_CASE("colours, spacing and thickness of single yarns take precedence over t
   CHECK(weave.warp.size() == 4);
   CHECK(weave.warp[0].albedo == V3f(1, 0, 0));
   CHECK(weave.warp[1].albedo == V3f(0, 0, 1));
-  CHECK(weave.weft_mm[0] == doctest::Approx(3));
-  CHECK(weave.weft_mm[1] == doctest::Approx(2));
+  CHECK(weave.weft_spacing_mm[0] == doctest::Approx(3));
+  CHECK(weave.weft_spacing_mm[1] == doctest::Approx(2));
   CHECK(weave.warp[2].radius_mm == doctest::Approx(0.2));
   // A repeat is one of colours, spacing and thickness as well.
   CHECK(draft(good + "[WARP COLORS]\n2=2\n").weave.warp.size() == 8);
@@ -273,7 +273,7 @@ TEST_CASE("drafts of real programs are read, with a remark on what was left out 
     CAPTURE(file);
     const WifDraft read = draft(file);
     CHECK(drawdown(read.weave) == drawdown(draft(good).weave));
-    CHECK(read.weave.warp_mm[0] == doctest::Approx(1));
+    CHECK(read.weave.warp_spacing_mm[0] == doctest::Approx(1));
     CHECK((remark.empty() || std::ranges::count(read.remarks, remark) == 1));
   }
   CHECK(draft(cases[11].first).weave.warp[0].albedo.y == doctest::Approx(0.2158605));
@@ -343,12 +343,12 @@ TEST_CASE("many yarns nearly touch, keep as many hairs as a file holds, and beco
   const FoundStitch found = test::need(find_stitch(folder / "d.wif"));
   CHECK(found.min_texels == V2i(48, 48));
   CHECK(found.remarks.back().ends_with("are kept"));
-  const double least = thinnest_of(found.pattern);
+  const double least = min_half_thickness(found.pattern);
   const double clearance = test::need(minimum_clearance(found.pattern, ""));
   CHECK(std::abs(clearance) < 0.05 * least);
   const CellMesh mesh = test::need(mesh_stitch(found.pattern));
   CHECK(validate(mesh, "d.wif"));
-  CHECK(mesh.hairs.roots.size() == doctest::Approx(1 << 16).epsilon(0.01));
+  CHECK(mesh.hairs.root_triangles.size() == doctest::Approx(1 << 16).epsilon(0.01));
   YarnData data = mesh.yarns;
   data.light.resize(std::size_t{light_values_per_station} * counts_of(data).stations);
   CHECK(validate(data, V2f(mesh.period)));
@@ -393,7 +393,7 @@ TEST_CASE("the real drafts become weaves") {
     if (entry.path().extension() != ".wif") continue;
     ++drafts;
     const std::string path = entry.path().string();
-    const auto text = test::need(read_file(path, max_wif_text));
+    const auto text = test::need(read_file(path, max_wif_bytes));
     const auto read = read_wif(text, path);
     CAPTURE(path);
     INFO((read ? std::string("read") : to_line(read.error())));

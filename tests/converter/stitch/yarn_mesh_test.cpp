@@ -138,7 +138,7 @@ TEST_CASE("tubes lie on the surface of their yarn and are closed") {
     std::map<std::pair<int, int>, int> edges;
     for (const V3i& t : tubes.surface.triangles) {
       for (int k = 0; k < 3; ++k)
-        ++edges[{tubes.surface.original[t[k]], tubes.surface.original[t[(k + 1) % 3]]}];
+        ++edges[{tubes.surface.source_vertex[t[k]], tubes.surface.source_vertex[t[(k + 1) % 3]]}];
     }
     for (const auto& [edge, count] : edges) {
       CHECK(count == 1);
@@ -164,14 +164,14 @@ TEST_CASE("sizes at the default grid are as in the paper, for every built-in sti
 
 TEST_CASE("fibres run along the yarn, turned by its twist, and are there where a yarn is glossy") {
   StitchPattern pattern = cylinder(4, 0.5);
-  CHECK(mesh_of(pattern, 32).fibres.empty());
+  CHECK(mesh_of(pattern, 32).fibre_directions.empty());
   pattern.yarns[0].gloss = {0.3F, 0.2F};
   pattern.yarns[0].twist_per_mm = 0.25;
   const CellMesh mesh = mesh_of(pattern, 32);
-  REQUIRE(mesh.fibres.size() == mesh.positions.size());
-  for (std::size_t v = 0; v < mesh.fibres.size(); ++v) {
+  REQUIRE(mesh.fibre_directions.size() == mesh.positions.size());
+  for (std::size_t v = 0; v < mesh.fibre_directions.size(); ++v) {
     CHECK(mesh.gloss[v] == Gloss{0.3F, 0.2F});
-    const V3d fibre(mesh.fibres[v]);
+    const V3d fibre(mesh.fibre_directions[v]);
     CHECK(std::abs(fibre.dot(V3d(mesh.normals[v]))) < 1e-5);
     // A helix of radius r and f turns per mm climbs by atan(2 pi r f).
     const double angle = std::atan(2 * std::numbers::pi * 0.5 * 0.25);
@@ -189,11 +189,12 @@ TEST_CASE("plies make a mesh that is closed round the torus of cells, with fibre
   pattern.yarns[0].gloss.weight = 0.1F;
   const CellMesh mesh = mesh_of(pattern, 80);
   check_closed(topology_of(mesh, 1, true));
-  REQUIRE(mesh.fibres.size() == mesh.positions.size());
+  REQUIRE(mesh.fibre_directions.size() == mesh.positions.size());
   // Helices at offset a climb by atan(2 pi a f).
   const double offset = 0.6 * (1 - std::sin(std::numbers::pi / 3) / (1 + std::sin(std::numbers::pi / 3)));
   const double cosine = std::cos(std::atan(2 * std::numbers::pi * offset * 0.25));
-  for (const V3f& fibre : mesh.fibres) CHECK(std::abs(fibre.x) == doctest::Approx(cosine).epsilon(0.01));
+  for (const V3f& fibre : mesh.fibre_directions)
+    CHECK(std::abs(fibre.x) == doctest::Approx(cosine).epsilon(0.01));
 }
 
 TEST_CASE("refuses grids too coarse, too fine or out of range") {

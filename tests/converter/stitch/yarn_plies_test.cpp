@@ -46,7 +46,7 @@ TEST_CASE("turns are rounded so that every ply runs on into a ply of the next re
   pattern.yarns[0].twist_per_mm = 0.34;  // 1.36 turns a repeat, so 4/3: plies change places
   const StitchPattern plies = laid(pattern);
   REQUIRE(plies.yarns.size() == 1);
-  CHECK(turns_of(plies.yarns[0], plies.period_mm) == V2i(3, 0));
+  CHECK(chain_periods(plies.yarns[0], plies.period_mm) == V2i(3, 0));
   pattern.yarns[0].twist_per_mm = 0.1;  // 0.4 turns, so 1/3
   CHECK(laid(pattern).yarns.size() == 1);
   pattern.yarns[0].twist_per_mm = 0;
@@ -73,14 +73,14 @@ TEST_CASE("plies that a file derives from their axis lie where the mesh has them
     }
     double worst = 0;
     for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
-      const auto segments = segments_of(curve, nodes, V2f(pattern.period_mm));
+      const auto segments = make_segments(curve, nodes, V2f(pattern.period_mm));
       for (std::size_t i = 0; i < segments.size(); i += 7) {
         double nearest = 1e9;
         for (const V3d& point : points) {
           V3d off = point - V3d(segments[i].start);
           for (int k = 0; k < 2; ++k)
             off[k] -= std::round(off[k] / pattern.period_mm[k]) * pattern.period_mm[k];
-          nearest = std::min(nearest, off.length() / static_cast<double>(radius_of_plies(curve)));
+          nearest = std::min(nearest, off.length() / static_cast<double>(ply_or_yarn_radius(curve)));
         }
         worst = std::max(worst, nearest);
       }

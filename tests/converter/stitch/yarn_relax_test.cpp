@@ -27,10 +27,10 @@ TEST_CASE("yarns with too little room end as thick as there is room for") {
   StitchPattern pattern{"parallel", {4, 2}, {}};
   for (const double y : {0.5, 1.5})
     pattern.yarns.push_back({"y", 0.6, {0, 0, 0}, {line({0, y, 0}, {4, y, 0})}});
-  const Relaxed relaxed = relax(pattern);
-  CHECK(relaxed.part * 0.6 == doctest::Approx(0.5).epsilon(0.02));
-  CHECK(relaxed.pattern.yarns[0].radius_mm == doctest::Approx(relaxed.part * 0.6));
-  CHECK(relaxed.part < 1);
+  const RelaxResult relaxed = relax(pattern);
+  CHECK(relaxed.radius_fraction * 0.6 == doctest::Approx(0.5).epsilon(0.02));
+  CHECK(relaxed.pattern.yarns[0].radius_mm == doctest::Approx(relaxed.radius_fraction * 0.6));
+  CHECK(relaxed.radius_fraction < 1);
 }
 
 TEST_CASE("crossing yarns touch where they cross, and keep over what was over") {
@@ -49,16 +49,16 @@ TEST_CASE("crossing yarns touch where they cross, and keep over what was over") 
 
 TEST_CASE("a gap keeps yarns apart") {
   RelaxOptions options;
-  options.gap = 0.4;
+  options.gap_radii = 0.4;
   const StitchPattern relaxed = relax(woven(0.2), options).pattern;
   CHECK(*minimum_clearance(relaxed, "") == doctest::Approx(0.4 * 0.2).epsilon(0.05));
 }
 
 TEST_CASE("between two plates cloth is as thick as they are apart") {
   RelaxOptions options;
-  options.max_thickness = 4.5;
-  const Relaxed relaxed = relax(woven(0.45), options);
-  CHECK(relaxed.part < 1);
+  options.max_thickness_radii = 4.5;
+  const RelaxResult relaxed = relax(woven(0.45), options);
+  CHECK(relaxed.radius_fraction < 1);
   const double radius = relaxed.pattern.yarns[0].radius_mm;
   for (const Yarn& yarn : relaxed.pattern.yarns) {
     for (const BezierSegment& segment : yarn.segments)

@@ -45,7 +45,7 @@ TEST_CASE("layers are chosen within the budget, and more bytes never make the ch
     double sum = 0;
     for (std::size_t k = 0; k < 5; ++k) sum += (k == 0 ? 5 : 1) * std::log(squared_error(chosen, k));
     for (std::size_t k = 0; k < 5; ++k) {
-      CHECK((chosen.levels[k].iterations > 0) == chosen.fabric.levels[k].has(LayerKind::lobes));
+      CHECK((chosen.levels[k].mean_evaluations > 0) == chosen.fabric.levels[k].has(LayerKind::lobes));
     }
     CHECK(sum <= last);
     last = sum;

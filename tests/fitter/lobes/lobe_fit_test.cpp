@@ -14,7 +14,7 @@ namespace {
 
 /// A texel of rough relief: a valley's shadow that turns with the light, gloss, noise. No sum of two lobes.
 TexelSamples rough_texel(int seed, const DirectionGrid& grid) {
-  const std::vector<V3f> directions = directions_of(grid);
+  const std::vector<V3f> directions = cell_directions(grid);
   Random random(static_cast<std::uint64_t>(seed));
   const V3f tilt =
       V3f(static_cast<float>(random.uniform() - 0.5), static_cast<float>(random.uniform() - 0.5), 1)
@@ -36,7 +36,7 @@ TexelSamples rough_texel(int seed, const DirectionGrid& grid) {
 /// The cost of a state with one of its unknowns moved and the table at its best.
 double cost_at(ChannelProblem& problem, ChannelState state, std::size_t unknown, double by) {
   const std::size_t lobe = unknown == 0 ? 0 : (unknown - 1) / 4;
-  const std::size_t kept = unknown == 0 ? 0 : longest(state.shapes[lobe]);
+  const std::size_t kept = unknown == 0 ? 0 : longest_component(state.shapes[lobe]);
   switch (unknown == 0 ? 4 : (unknown - 1) % 4) {
     case 4:
       state.sizes[0] += by;
@@ -68,7 +68,8 @@ TEST_CASE("the cost of a state is what the formula of lafortune.h gives") {
   ChannelState state;
   state.shapes = {{{0.8, -1, 0.3}, 2.7}, {{-0.5, -0.4, 1}, 19}};
   state.sizes = {0.2, 0.1, 0.4};
-  for (std::size_t v = 0; v < samples.views; ++v) state.table.push_back(0.7 + 0.01 * static_cast<double>(v));
+  for (std::size_t v = 0; v < samples.view_count; ++v)
+    state.table.push_back(0.7 + 0.01 * static_cast<double>(v));
   problem.evaluate(state, 0);
   std::vector<double> p{state.sizes[0]};
   for (std::size_t j = 0; j < 2; ++j) {
@@ -77,13 +78,13 @@ TEST_CASE("the cost of a state is what the formula of lafortune.h gives") {
     p.push_back(n);
   }
   double error = 0;
-  for (std::size_t v = 0; v < samples.views; ++v) {
-    const V3d view(V3f(samples.view[0][v], samples.view[1][v], samples.view[2][v]));
+  for (std::size_t v = 0; v < samples.view_count; ++v) {
+    const V3d view(V3f(samples.view_xyz[0][v], samples.view_xyz[1][v], samples.view_xyz[2][v]));
     for (std::size_t l = 0; l < samples.lights.size(); ++l) {
       const V3d light(samples.lights[l]);
       const double f = state.table[v] * lafortune(p.data(), 2, &light.x, &view.x);
       const double difference = f - static_cast<double>(samples.radiance[1][l * samples.stride() + v]);
-      error += samples.weight[v] * difference * difference;
+      error += samples.view_weights[v] * difference * difference;
     }
   }
   // Single precision over blocks of 16 lights.
@@ -99,7 +100,7 @@ TEST_CASE("the gradient belongs to the cost") {
   search.set(samples);
   ChannelState state = search.starts(0, 2, 1).front();
   for (LobeShape& shape : state.shapes) {
-    shape.direction[(longest(shape) + 1) % 3] -= 0.1;
+    shape.direction[(longest_component(shape) + 1) % 3] -= 0.1;
     shape.exponent *= 1.3;
   }
   // The table at its best for these sizes: its change does not change the cost.
@@ -136,7 +137,7 @@ TEST_CASE("the search from the dictionary's starts is as good as the best of 20 
           state.shapes.push_back(shape);
         }
         state.sizes = {0.1, 0.1, 0.1};
-        state.table.assign(samples.views, 1);
+        state.table.assign(samples.view_count, 1);
         minimise(problem, state, options.tolerance, options.max_iterations);
         best = std::min(best, state.cost);
       }

@@ -11,14 +11,14 @@ using namespace selvedge;
 
 TEST_CASE("coefficients at no price are rounded to multiples of the step, and weak products go") {
   BasisFit products;
-  products.view = {{1}};
-  products.light = {{1}, {1}};
+  products.view_functions = {{1}};
+  products.light_functions = {{1}, {1}};
   products.pairs = {{0, 0}, {0, 1}};
   products.coefficient = {1.1F, 0.01F, -0.9F, 0.02F};
   Quantisation how;
   how.step = 0.25F;
   how.min_rms = 0.5F;
-  how.width = 2;
+  how.row_texels = 2;
   const BasisFit coarse = quantise(products, how);
   CHECK(kept_pair_count(products, how) == 1);
   CHECK(coarse.pairs == std::vector<V2i>{{0, 0}});
@@ -29,8 +29,8 @@ TEST_CASE("coefficients at no price are rounded to multiples of the step, and we
 
 TEST_CASE("the higher the price of a bit, the fewer bytes the coefficients take") {
   BasisFit products;
-  products.view = {{1}};
-  products.light = {{1}, {1}, {1}};
+  products.view_functions = {{1}};
+  products.light_functions = {{1}, {1}, {1}};
   products.pairs = {{0, 0}, {0, 1}, {0, 2}};
   Random random(7);
   for (int i = 0; i < 3 * 32 * 32; ++i) {
@@ -38,11 +38,11 @@ TEST_CASE("the higher the price of a bit, the fewer bytes the coefficients take"
   }
   Quantisation how;
   how.step = 0.125F;
-  how.width = 32;
+  how.row_texels = 32;
   double last = 1e9;
   double last_error = 0;
   for (const float price : {0.0F, 0.2F, 1.0F, 5.0F}) {
-    how.price = price;
+    how.bit_cost = price;
     const std::vector<float> coded = quantise(products, how).coefficient;
     double error = 0;
     for (std::size_t i = 0; i < coded.size(); ++i) {

@@ -18,13 +18,13 @@ TEST_CASE("texels that are products of few functions are found again") {
     level.width = level.height = width;
     level.views = views.count();
     level.lights = lights.count();
-    level.normal.assign(width * width, V3f(0, 0, 1));
+    level.normal_sum.assign(width * width, V3f(0, 0, 1));
     for (int texel = 0; texel < width * width; ++texel) {
       const auto a = static_cast<float>(random.uniform());
       const auto b = static_cast<float>(random.uniform());
-      for (const V3f& v : directions_of(views)) {
+      for (const V3f& v : cell_directions(views)) {
         level.alpha.push_back(level.alpha.size() % 16 == 5 ? 0.0F : a);  // one view sees holes
-        for (const V3f& l : directions_of(lights)) {
+        for (const V3f& l : cell_directions(lights)) {
           level.radiance.emplace_back(a * l.z * (1 + v.x) + b * v.z * (l.y + 1), a * l.z * (1 + v.x),
                                       b * v.z);
         }
@@ -44,9 +44,10 @@ TEST_CASE("texels that are products of few functions are found again") {
           double f = 0;
           for (std::size_t m = 0; m < fitted[k].pairs.size(); ++m) {
             const V2i pair = fitted[k].pairs[m];
-            f += static_cast<double>(fitted[k].coefficient[texel * fitted[k].pairs.size() + m] *
-                                     fitted[k].view[pair.x][row % 16] * direction_of(lights, l).z *
-                                     fitted[k].light[pair.y][static_cast<std::size_t>(3 * l + c)]);
+            f +=
+                static_cast<double>(fitted[k].coefficient[texel * fitted[k].pairs.size() + m] *
+                                    fitted[k].view_functions[pair.x][row % 16] * cell_direction(lights, l).z *
+                                    fitted[k].light_functions[pair.y][static_cast<std::size_t>(3 * l + c)]);
           }
           const auto alpha = static_cast<double>(level.alpha[row]);
           const auto truth = static_cast<double>(level.radiance[row * 12 + static_cast<std::size_t>(l)][c]);

@@ -19,7 +19,7 @@ TEST_CASE("a file appears with commit and not before") {
   {
     auto file = test::need(AtomicFile::create(folder / "a"));
     CHECK_FALSE(std::filesystem::exists(folder / "a"));
-    test::write_bytes(file.temporary(), "whole");
+    test::write_bytes(file.temporary_path(), "whole");
     REQUIRE(file.commit());
   }
   CHECK(test::bytes_of(folder / "a") == "whole");
@@ -31,7 +31,7 @@ TEST_CASE("a file that is given up leaves what was there before") {
   REQUIRE(write_file(folder / "a", std::string("before")));
   {
     auto file = test::need(AtomicFile::create(folder / "a"));
-    test::write_bytes(file.temporary(), "half");
+    test::write_bytes(file.temporary_path(), "half");
   }
   CHECK(test::bytes_of(folder / "a") == "before");
   CHECK(folder.files() == 1);
@@ -76,10 +76,10 @@ TEST_CASE("a file that is overwritten keeps its mode, before and after it is com
     REQUIRE(write_file(folder / "a", std::string("before")));
     fs::permissions(folder / "a", static_cast<fs::perms>(mode));
     auto file = test::need(AtomicFile::create(folder / "a"));
-    CHECK(mode_of(file.temporary()) == 0600);
-    test::write_bytes(file.temporary() + "x", "");  // of a new file, as the user's mask has it
-    const int plain = mode_of(file.temporary() + "x");
-    fs::remove(file.temporary() + "x");
+    CHECK(mode_of(file.temporary_path()) == 0600);
+    test::write_bytes(file.temporary_path() + "x", "");  // of a new file, as the user's mask has it
+    const int plain = mode_of(file.temporary_path() + "x");
+    fs::remove(file.temporary_path() + "x");
     REQUIRE(file.commit());
     CHECK(mode_of(folder / "a") == mode);
     REQUIRE(write_file(folder / "new", std::string("new")));
@@ -102,14 +102,14 @@ TEST_CASE("a file or a link in the place of the temporary one is left as it is")
   const Folder folder;
   // The name of the next temporary file, from this one's.
   const auto first = test::need(AtomicFile::create(folder / "a"));
-  const std::string name = first.temporary();
+  const std::string name = first.temporary_path();
   const std::size_t dash = name.rfind('-');
   const std::string next = name.substr(0, dash + 1) + std::to_string(std::stoi(name.substr(dash + 1)) + 1);
   test::write_bytes(folder / "other", "untouched");
   std::filesystem::create_symlink(folder / "other", next);
   auto second = test::need(AtomicFile::create(folder / "a"));
-  CHECK(second.temporary() != next);
-  test::write_bytes(second.temporary(), "whole");
+  CHECK(second.temporary_path() != next);
+  test::write_bytes(second.temporary_path(), "whole");
   REQUIRE(second.commit());
   CHECK(test::bytes_of(folder / "other") == "untouched");
   CHECK(std::filesystem::is_symlink(next));

@@ -13,7 +13,7 @@ namespace {
 
 template <class F>
 Error error_of_throwing(const F& thrower) {
-  return test::error_of(guarded("a.glb", [&]() -> Result<int> {
+  return test::error_of(catch_exceptions("a.glb", [&]() -> Result<int> {
     thrower();
     return 0;
   }));
@@ -33,9 +33,10 @@ TEST_CASE("guard: whatever is thrown is an error of the file, with a code, and a
   CHECK(range.code == Code::file_unreadable);
   CHECK(range.file == "a.glb");
   CHECK(error_of_throwing([] { throw 7; }).message == "cannot be read");
-  CHECK(guarded("", [] { return Result<int>(3); }) == 3);
-  CHECK(test::error_of(guarded("", [] { return Result<int>(fail(Code::gltf_alpha, "b", "", "")); })).file ==
-        "b");
+  CHECK(catch_exceptions("", [] { return Result<int>(3); }) == 3);
+  CHECK(test::error_of(catch_exceptions("", [] {
+          return Result<int>(fail(Code::gltf_alpha, "b", "", ""));
+        })).file == "b");
 }
 
 TEST_CASE("guard: value_or_throw() ends work with the error of a step") {
@@ -43,13 +44,14 @@ TEST_CASE("guard: value_or_throw() ends work with the error of a step") {
     if (number % 2 != 0) return fail(Code::json_malformed, "b", "", "odd");
     return number / 2;
   };
-  CHECK(guarded("a", [&] { return Result<int>(value_or_throw(half(value_or_throw(half(12)))) + 1); }) == 4);
+  CHECK(catch_exceptions(
+            "a", [&] { return Result<int>(value_or_throw(half(value_or_throw(half(12)))) + 1); }) == 4);
   const auto renamed = [](Error error) {
     error.file = "c";
     return error;
   };
   const auto fails = [&]() -> Result<int> {
-    return changing_failures([&] { return value_or_throw(half(value_or_throw(half(10)))); }, renamed);
+    return map_failure([&] { return value_or_throw(half(value_or_throw(half(10)))); }, renamed);
   };
-  CHECK(to_line(test::error_of(guarded("a", fails))) == "c: odd [JSON_MALFORMED]");
+  CHECK(to_line(test::error_of(catch_exceptions("a", fails))) == "c: odd [JSON_MALFORMED]");
 }

@@ -48,11 +48,11 @@ TEST_CASE("json text: reasons are without the number that the parser puts before
     try {
       (void)nlohmann::json::parse(text).get<int>();
     } catch (const std::exception& error) {
-      return reason_of(error);
+      return exception_message(error);
     }
     return "";
   };
   CHECK(reason("\"a\"") == "type must be number, but is string");
   CHECK(reason("[1,]").starts_with("parse error at line 1, column 4"));
-  CHECK(reason_of(std::runtime_error("[1] is no number")) == "[1] is no number");
+  CHECK(exception_message(std::runtime_error("[1] is no number")) == "[1] is no number");
 }

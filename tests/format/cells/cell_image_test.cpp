@@ -29,7 +29,8 @@ YarnData stranded(Random& random, bool hairs) {
     if (c % 2 == 1) curve.flattening = 0.5F;
     if (c % 3 == 0) continue;  // smooth
     const int count = static_cast<int>(5 + 7 * c);
-    curve.strands = {c == 4 ? -count : count, 5, -17, static_cast<int>(c), 0.2F, 3, usual_contrast, 0, 0.5F};
+    curve.strands = {c == 4 ? -count : count, 5, -17, static_cast<int>(c), 0.2F, 3,
+                     default_contrast,        0, 0.5F};
   }
   return data;
 }
@@ -46,10 +47,10 @@ std::vector<std::int32_t> pieces_of_segments(const Yarns& yarns) {
   std::vector<std::int32_t> numbers;
   std::int32_t plies = 0;
   std::int32_t hairs = 0;
-  for (const Yarns::Segment& s : yarns.inside().segments) plies += s.rank > 0 ? 0 : 1;
+  for (const Yarns::Segment& s : yarns.geometry().segments) plies += s.hair_threshold > 0 ? 0 : 1;
   std::int32_t ply = 0;
-  for (const Yarns::Segment& s : yarns.inside().segments)
-    numbers.push_back(s.rank > 0 ? plies + hairs++ : ply++);
+  for (const Yarns::Segment& s : yarns.geometry().segments)
+    numbers.push_back(s.hair_threshold > 0 ? plies + hairs++ : ply++);
   return numbers;
 }
 
@@ -83,14 +84,14 @@ TEST_CASE("a point of an image is lit as Yarns lights it: strands, gloss, indire
       for (const CellLamp& lamp : view.lamps) {
         const V3f above(lamp.direction.x, lamp.direction.y, std::abs(lamp.direction.z));
         const bool through = lamp.direction.z < 0;
-        const float by_view = through ? 1 : yarns.view_factor(point, view.view);
+        const float by_view = through ? 1 : yarns.lustre_view_factor(point, view.view);
         sum += indirect_light(yarns.transfer_at(point, through), above) * (point.brightness * by_view) *
                lamp.irradiance;
-        if (!through) sum += yarns.direct(point, lamp.direction, view.view) * lamp.irradiance;
+        if (!through) sum += yarns.direct_reflectance(point, lamp.direction, view.view) * lamp.irradiance;
       }
       points.push_back({numbers[hit->segment], hit->from_start});
       expected.push_back(sum);
-      of_hairs += point.hair ? 1 : 0;
+      of_hairs += point.is_hair ? 1 : 0;
     }
     const std::vector<V3f> found = test::shade_points(cell, cell.pieces(0), view, points);
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -132,7 +133,7 @@ TEST_CASE("the splatter sees what rays see, from everywhere, hairs and flat sect
       const V3f view = upwards(random, round < 2 ? 0.06 : 0.3);
       DepthGrid grid;
       grid.resize(90, 50, true);
-      splat(cell, cell.pieces(0), {slope_of(view), 0, true}, grid);
+      splat(cell, cell.pieces(0), {ray_slope(view), 0, true}, grid);
       for (int row = 0; row < grid.height; ++row) {
         for (int column = 0; column < grid.width; ++column) {
           const V2d uv((column + 0.5) / grid.width, -(row + 0.5) / grid.height);
@@ -143,7 +144,7 @@ TEST_CASE("the splatter sees what rays see, from everywhere, hairs and flat sect
           if (met != hit.has_value()) {
             ++apart;
           } else if (hit) {
-            const float depth = yarns.inside().segments[hit->segment].start.z + hit->from_start.z;
+            const float depth = yarns.geometry().segments[hit->segment].start.z + hit->from_start.z;
             apart += std::abs(z - depth) < 0.02F ? 0 : 1;
           }
         }
@@ -168,16 +169,16 @@ TEST_CASE("hairs drawn as lines are as bright and as opaque as fine samples of t
   const auto mean = [&](float samples, float detail) {
     view.size = cell_size(pixel, samples);
     // Hairs as wide, whatever the samples.
-    view.detail = detail;
+    view.rays_per_pixel = detail;
     CellImage image;
     make_cell_image({&cell, &shadows, nullptr}, view, scratch, image);
     Imath::V4d sum(0, 0, 0, 0);
-    for (const Group& sample : scratch.raw) sum += Imath::V4d(sample[0], sample[1], sample[2], sample[3]);
-    return sum / static_cast<double>(scratch.raw.size());
+    for (const Group& sample : scratch.samples) sum += Imath::V4d(sample[0], sample[1], sample[2], sample[3]);
+    return sum / static_cast<double>(scratch.samples.size());
   };
   const Imath::V4d lines = mean(4, 64);
   const Imath::V4d fine = mean(64, 64);
-  view.hairs = false;
+  view.has_hairs = false;
   const Imath::V4d none = mean(4, 64);
   CHECK(fine.w > none.w + 0.02);
   for (int k = 0; k < 4; ++k) CHECK(std::abs(lines[k] - fine[k]) < 0.03 * fine[k]);
@@ -209,8 +210,8 @@ TEST_CASE("an image has the mean radiance and opacity of rays with shadows, what
                               Case{1 / 20.0F, 2, true, 0.03}, Case{1 / 4.0F, 4, false, 0.03}}) {
     CAPTURE(example.pixel);
     view.size = cell_size({example.pixel, example.pixel}, example.samples);
-    view.shaded_together = example.coarse ? 2 : 1;
-    view.shadow_texels = 4;
+    view.shading_block = example.coarse ? 2 : 1;
+    view.shadow_texels_per_pixel = 4;
     CellShadows shadows(cell);
     CellScratch scratch;
     CellImage image;
@@ -223,7 +224,7 @@ TEST_CASE("an image has the mean radiance and opacity of rays with shadows, what
     };
     for (int i = 0; i < image.width * image.height; ++i) {
       const CellTexel& t = image.texels[i / image.width * image.stride() + i % image.width];
-      sum += V3d(number(t[0]), number(t[1]), number(t[2])) * static_cast<double>(image.scale);
+      sum += V3d(number(t[0]), number(t[1]), number(t[2])) * static_cast<double>(image.radiance_scale);
       alpha += number(t[3]);
     }
     for (int row = 0; row <= image.height; ++row)
@@ -242,26 +243,26 @@ TEST_CASE("images of cells of 0.01 mm and 10 m, of grazing views and lights, and
     for (V3f& node : data.nodes) node *= scale;
     for (YarnCurve& curve : data.curves) {
       curve.radius *= scale;
-      curve.hairs.length *= scale;
+      curve.hairs.mean_length *= scale;
       curve.hairs.radius *= scale;
     }
     const Yarns yarns(std::move(data), period * scale);
-    const std::vector<float> sky = sky_of(yarns);
+    const std::vector<float> sky = sky_transfer(yarns);
     const CellYarn cell(yarns, plane * scale, sky);
     for (const V2f& pixel : {V2f(0.01F, 1.0F), V2f(1000.0F, 1e-9F), V2f(0.1F, 0.1F)}) {
       CellView view;
       view.view = V3f(0.99996F, 0.001F, 0.0087F).normalized();
       view.lamps = {{V3f(-0.9999F, 0.01F, 0.001F).normalized(), V3f(1e12F), 0}, {V3f(0, 0, -1), V3f(1), 1}};
-      view.around.emplace().factors.fill(V3f(0.5F));
-      view.planes = 2;
+      view.environment.emplace().coefficients.fill(V3f(0.5F));
+      view.plane_count = 2;
       view.size = cell_size(pixel, 2);
-      CHECK(view.size.samples.x <= max_cell_samples);
-      CHECK(view.size.samples.y >= min_cell_texels);
+      CHECK(view.size.repeat_samples.x <= max_cell_samples);
+      CHECK(view.size.repeat_samples.y >= min_cell_texels);
       CellShadows shadows(cell);
       CellScratch scratch;
       CellImage image;
       make_cell_image({&cell, &shadows}, view, scratch, image);
-      CHECK(std::isfinite(image.scale));
+      CHECK(std::isfinite(image.radiance_scale));
       CHECK(image.texels.size() == 2 * image.plane_texels());
     }
   }
@@ -272,13 +273,13 @@ TEST_CASE("the sky of yarn follows its colour and its place, whatever yarn came 
   YarnData data = stranded(random, true);
   for (std::vector<float>* light : {&data.light, &data.through}) std::ranges::fill(*light, 0.0F);
   for (YarnCurve& curve : data.curves) curve.gloss.weight = 0;
-  const std::vector<float> bright = sky_of(Yarns(data, period));
+  const std::vector<float> bright = sky_transfer(Yarns(data, period));
   for (YarnCurve& curve : data.curves) curve.albedo *= 0.5F;
-  const std::vector<float> dark = sky_of(Yarns(data, period));
+  const std::vector<float> dark = sky_transfer(Yarns(data, period));
   CHECK(std::ranges::any_of(dark, [](float value) { return value != 0; }));
   CHECK(std::ranges::equal(dark, bright, {}, {}, [](float value) { return value / 2; }));
   for (std::size_t i = 0; i < data.nodes.size() / 2; ++i) data.nodes[i].z += 0.1F;
-  CHECK(sky_of(Yarns(data, period)) != dark);
+  CHECK(sky_transfer(Yarns(data, period)) != dark);
 }
 
 TEST_CASE("a thousand fat curves in a cell are refused, and as many as may be make an image") {
@@ -307,7 +308,7 @@ TEST_CASE("a thousand fat curves in a cell are refused, and as many as may be ma
   CellScratch scratch;
   CellImage image;
   make_cell_image({&cell, &shadows}, view, scratch, image);
-  CHECK(std::isfinite(image.scale));
+  CHECK(std::isfinite(image.radiance_scale));
   for (const CellTexel& texel : image.texels) CHECK(texel[3] == image.texels[0][3]);
 }
 
@@ -318,15 +319,15 @@ TEST_CASE("lamps from nearly one direction share a grid, whose shadows move by a
   CellShadows shadows(cell);
   constexpr std::size_t max_bytes = 1 << 20;
   shadows.set_memory(max_bytes);
-  const float relief = yarns.inside().high - yarns.inside().low;
+  const float relief = yarns.geometry().max_z - yarns.geometry().min_z;
   for (int i = 0; i < 200; ++i) {
     const V3f direction = upwards(random, 0.02);
     const ShadowDetail detail{0.02F, 2, 0.25F, true};
     const auto shadow = shadows.cast(direction, detail);
-    const V2f moved = (slope_of(direction) - shadow->slope) * relief;
+    const V2f moved = (ray_slope(direction) - shadow->slope) * relief;
     // Texels, as asked for, are as much longer along the slope.
-    CHECK(std::abs(moved.x) <= 1.12F * detail.texel * std::sqrt(1 + shadow->slope.x * shadow->slope.x));
-    CHECK(std::abs(moved.y) <= 1.12F * detail.texel * std::sqrt(1 + shadow->slope.y * shadow->slope.y));
+    CHECK(std::abs(moved.x) <= 1.12F * detail.texel_width * std::sqrt(1 + shadow->slope.x * shadow->slope.x));
+    CHECK(std::abs(moved.y) <= 1.12F * detail.texel_width * std::sqrt(1 + shadow->slope.y * shadow->slope.y));
     CHECK(shadows.cast(direction, detail) == shadow);
     CHECK(shadows.cast(direction, {0.01F, 2, 0.25F, true}) != shadow);
     // The thinnest ply bounds the texels.

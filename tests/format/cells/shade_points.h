@@ -19,18 +19,18 @@ inline std::vector<V3f> shade_points(const CellYarn& yarn, const YarnPieces& pie
   std::vector<FrontLamp> lamps;
   for (const CellLamp& lamp : view.lamps) {
     if (lamp.direction.z > 0)
-      lamps.push_back({.lifted = lifted(lamp.direction),
+      lamps.push_back({.raised_direction = lifted(lamp.direction),
                        .irradiance = lamp.irradiance,
-                       .rise = std::min(1.0F, lamp.direction.z / min_rise)});
+                       .horizon_fade = std::min(1.0F, lamp.direction.z / min_rise)});
   }
   std::vector<Group> table;
-  const std::vector<LightSlot> slots = fill_table(yarn, view, {}, false, table);
+  const std::vector<LightSlot> slots = fill_station_table(yarn, view, {}, false, table);
   const ShadingJob job{yarn, pieces, view, lamps, slots, table, 0};
   std::vector<V3f> result;
-  for (std::size_t first = 0; first < points.size(); first += ShadingBatch::size) {
+  for (std::size_t first = 0; first < points.size(); first += ShadingBatch::capacity) {
     ShadingBatch batch{};
-    std::vector<Group> raw(ShadingBatch::size, Group{});
-    batch.count = std::min(ShadingBatch::size, points.size() - first);
+    std::vector<Group> raw(ShadingBatch::capacity, Group{});
+    batch.count = std::min(ShadingBatch::capacity, points.size() - first);
     for (std::size_t i = 0; i < batch.count; ++i) {
       const CellPoint& point = points[first + i];
       batch.piece[i] = point.piece;

@@ -20,7 +20,7 @@ ExrPart part_of(const char* name, int width, int height, bool half, bool mipmapp
   part.name = name;
   part.width = width;
   part.height = height;
-  part.mipmapped = mipmapped;
+  part.has_mipmaps = mipmapped;
   part.channels = {{"b", half}, {"a", half}};
   return part;
 }
@@ -39,7 +39,7 @@ ExrPixels ramp(int width, int height) {
 void write(const std::string& path, const std::vector<ExrPart>& parts) {
   auto writer = test::need(ExrWriter::create(path, parts));
   for (std::size_t p = 0; p < parts.size(); ++p) {
-    const int levels = parts[p].mipmapped ? level_count(parts[p].width, parts[p].height) : 1;
+    const int levels = parts[p].has_mipmaps ? level_count(parts[p].width, parts[p].height) : 1;
     for (int k = 0; k < levels; ++k) {
       const ExrPixels pixels = ramp(level_size(parts[p].width, k), level_size(parts[p].height, k));
       REQUIRE(writer.write_level(static_cast<int>(p), k, pixels));
@@ -55,9 +55,9 @@ TEST_CASE("every level of every part is read as it was written, with ZIP and wit
   for (const bool zip : {true, false}) {
     for (const bool half : {true, false}) {
       std::vector<ExrPart> parts{part_of("rows", 40, 37, half), part_of("tiles", 70, 33, half, true)};
-      for (ExrPart& part : parts) part.zip = zip;
+      for (ExrPart& part : parts) part.is_zipped = zip;
       parts[0].attributes["text"] = "t";
-      parts[1].tile = {32, 16};
+      parts[1].tile_size = {32, 16};
       write(folder / "a.exr", parts);
       CHECK(exr_file_bytes(parts, [&](int part, int level) {
               return ramp(level_size(parts[part].width, level), level_size(parts[part].height, level));
@@ -66,12 +66,12 @@ TEST_CASE("every level of every part is read as it was written, with ZIP and wit
       CHECK(reader.find_part("tiles") == 1);
       CHECK(reader.find_part("columns") == -1);
       CHECK(reader.parts()[0].attributes.at("text") == "t");
-      CHECK(reader.parts()[1].zip == zip);
-      CHECK(reader.parts()[1].tile == V2i(32, 16));
+      CHECK(reader.parts()[1].is_zipped == zip);
+      CHECK(reader.parts()[1].tile_size == V2i(32, 16));
       CHECK(reader.parts()[1].levels == 7);
       // The file orders channels by name: "a" comes first.
       CHECK(reader.parts()[0].channels[0].name == "a");
-      CHECK(reader.parts()[0].channels[0].half == half);
+      CHECK(reader.parts()[0].channels[0].is_half == half);
       for (int p = 0; p < 2; ++p) {
         for (int k = 0; k < reader.parts()[p].levels; ++k) {
           const ExrPixels read = test::need(reader.read_level(p, k));
@@ -124,7 +124,7 @@ TEST_CASE("more than the limit is refused before anything is allocated") {
   CHECK(refused({.header_bytes = 100}));
   CHECK(refused({.pixels_per_part = 63}));
   CHECK(refused({.bytes_per_read = 511}));
-  CHECK(refused({.expansion = 0}));
+  CHECK(refused({.floats_per_byte = 0}));
   CHECK(refused({.parts = 1}));
   CHECK(refused({.channels = 1}));
   CHECK(refused({.attributes = 5}));

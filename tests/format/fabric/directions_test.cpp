@@ -23,7 +23,7 @@ TEST_CASE("the square and the hemisphere are each other's inverse") {
 TEST_CASE("cells of the grid have equal solid angle") {
   // Closed form: integral of z over the hemisphere is pi, of 1 is 2 pi; a fine equal-area grid has
   // mean z = 1/2 and mean z^2 = 1/3 with an error of the midpoint rule.
-  const std::vector<V3f> directions = directions_of({128, 128});
+  const std::vector<V3f> directions = cell_directions({128, 128});
   double z = 0;
   double z2 = 0;
   V3d sum(0, 0, 0);
@@ -43,7 +43,7 @@ TEST_CASE("interpolation at a cell's own direction takes that cell alone") {
   for (const DirectionGrid grid :
        {DirectionGrid{8, 8}, DirectionGrid{8, 16}, DirectionGrid{1, 7}, DirectionGrid{1, 1}}) {
     for (int cell = 0; cell < grid.count(); ++cell) {
-      const DirectionTaps taps = interpolate(grid, direction_of(grid, cell));
+      const DirectionTaps taps = interpolate(grid, cell_direction(grid, cell));
       float own = 0;
       float sum = 0;
       for (std::size_t t = 0; t < 4; ++t) {
@@ -69,16 +69,16 @@ TEST_CASE("interpolation holds its values at the rim and below the horizon") {
 }
 
 TEST_CASE("a grid of a count is the most nearly square one") {
-  CHECK(grid_of(64) == DirectionGrid{8, 8});
-  CHECK(grid_of(128) == DirectionGrid{8, 16});
-  CHECK(grid_of(32) == DirectionGrid{4, 8});
-  CHECK(grid_of(7) == DirectionGrid{1, 7});
-  CHECK(grid_of(1) == DirectionGrid{1, 1});
+  CHECK(nearly_square_grid(64) == DirectionGrid{8, 8});
+  CHECK(nearly_square_grid(128) == DirectionGrid{8, 16});
+  CHECK(nearly_square_grid(32) == DirectionGrid{4, 8});
+  CHECK(nearly_square_grid(7) == DirectionGrid{1, 7});
+  CHECK(nearly_square_grid(1) == DirectionGrid{1, 1});
 }
 
 TEST_CASE("random pairs are uniform in solid angle above their limit") {
   const int count = 20000;
-  const auto pairs = random_pairs(count, 0.15, 7);
+  const auto pairs = random_direction_pairs(count, 0.15, 7);
   double mean = 0;
   for (const DirectionPair& pair : pairs) {
     CHECK(pair.light.z >= 0.15F);

@@ -15,7 +15,7 @@ using namespace selvedge;
 
 TEST_CASE("a Lambert texel gives albedo / pi times the light's cosine, from everywhere") {
   const Fabric fabric = test::lambert_fabric(4, 4, {0.2F, 0.5F, 0.8F});
-  for (const DirectionPair& pair : random_pairs(100, 0.01, 1)) {
+  for (const DirectionPair& pair : random_direction_pairs(100, 0.01, 1)) {
     const Shading s = evaluate(fabric, 0, 1, 2, pair.light, pair.view);
     CHECK(s.alpha == 1);
     CHECK(s.radiance.y == doctest::Approx(0.5 / std::numbers::pi * static_cast<double>(pair.light.z)));
@@ -31,14 +31,14 @@ TEST_CASE("lobes are reciprocal, and turn with the frame of their texel") {
   };
   auto& [normal, tangent] = level.frame()[2 * 4 + 1];
   int bright = 0;
-  for (const DirectionPair& pair : random_pairs(200, 0.1, 5)) {
+  for (const DirectionPair& pair : random_direction_pairs(200, 0.1, 5)) {
     const V3f there = radiance(pair.light, pair.view) * std::max(normal.dot(pair.view), 0.0F);
     const V3f back = radiance(pair.view, pair.light) * std::max(normal.dot(pair.light), 0.0F);
     for (int c = 0; c < 3; ++c) CHECK(there[c] == doctest::Approx(back[c]).epsilon(1e-4));
     bright += there.y > 1e-3F ? 1 : 0;
   }
   CHECK(bright > 100);
-  for (const DirectionPair& pair : random_pairs(50, 0.6, 6)) {
+  for (const DirectionPair& pair : random_direction_pairs(50, 0.6, 6)) {
     const M44d turn = M44d().setAxisAngle(V3d(0.3, -0.2, 1).normalized(), 0.4);
     const auto turned = [&](const V3f& v) {
       V3d result;
@@ -62,7 +62,7 @@ TEST_CASE("at a stored view opacity is the stored one, and the table a factor of
   const V3f light = V3f(0.3F, -0.2F, 0.9F).normalized();
   for (int entry = 0; entry < 16 * 16; ++entry) {
     const int texel = entry / 16;
-    const V3f view = direction_of(fabric.views, entry % 16);
+    const V3f view = cell_direction(fabric.views, entry % 16);
     const Shading s = evaluate(fabric, 0, texel % 4, texel / 4, light, view);
     const Shading plain = evaluate(bare, 0, texel % 4, texel / 4, light, view);
     CHECK(s.alpha == doctest::Approx(fabric.levels[0].opacity()[entry]).epsilon(1e-4));
@@ -75,7 +75,7 @@ TEST_CASE("at a stored view opacity is the stored one, and the table a factor of
 }
 
 TEST_CASE("no cloth of any layers sends out more than it receives, to either side, near and far") {
-  const std::vector<V3f> lights = directions_of({24, 24});
+  const std::vector<V3f> lights = cell_directions({24, 24});
   for (const char* name : {"lobes", "products-both", "yarn"}) {
     CAPTURE(name);
     const Fabric fabric = test::need(
@@ -83,7 +83,7 @@ TEST_CASE("no cloth of any layers sends out more than it receives, to either sid
     double lit = 0;
     for (const double level : {-1.0, 0.0, 1.5}) {
       if (level < 0 && fabric.levels.front().yarns() == nullptr) continue;
-      for (const DirectionPair& pair : random_pairs(20, 0.1, 4)) {
+      for (const DirectionPair& pair : random_direction_pairs(20, 0.1, 4)) {
         const V2d uv(static_cast<double>(pair.light.x), static_cast<double>(pair.light.y));
         V3d sum(0, 0, 0);
         for (const V3f& light : lights) {
@@ -127,7 +127,7 @@ TEST_CASE("no weights turn the largest number into an infinity") {
   level.add(LayerKind::table, 12, most);
   level.set(LayerKind::opacity, {4, {0.1F, 0.7F, 0.3F, 0.9F}});
   fabric.levels.push_back(level);
-  for (const DirectionPair& pair : random_pairs(1000, 0.05, 3)) {
+  for (const DirectionPair& pair : random_direction_pairs(1000, 0.05, 3)) {
     const Shading s = evaluate(fabric, 0, 0, 0, pair.light, pair.view);
     CHECK(s.radiance.x == 0);
     CHECK(std::isfinite(s.radiance.y));

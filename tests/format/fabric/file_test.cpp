@@ -73,7 +73,7 @@ TEST_CASE("values that half precision cannot hold are refused with their place, 
   CHECK(error.place == "table/table.0001.green/pixel 1,0");
   CHECK(folder.files() == 0);
   FabricWriteOptions wide;
-  wide.half = {};
+  wide.half_layers = {};
   CHECK(write_fabric(folder / "a.exr", fabric, wide));
 }
 
@@ -94,7 +94,7 @@ TEST_CASE("half precision keeps 11 bits up to 65504, steps of 2^-24 near 0, and 
   for (const auto& [given, stored] : kept) table.insert(table.end(), 3, given);
   fabric.levels[0].set(LayerKind::table, {27, table});
   FabricWriteOptions options;
-  options.half = LayerSet::all();
+  options.half_layers = LayerSet::all();
   test::need(write_fabric(folder / "a.exr", fabric, options));
   const Fabric read = test::need(read_fabric(folder / "a.exr"));
   for (std::size_t i = 0; i < kept.size(); ++i) CHECK(read.levels[0].view_table()[i].x == kept[i][1]);
@@ -123,10 +123,11 @@ TEST_CASE("in any precision a fabric that is read and written again has the same
   const Folder folder;
   const Fabric fabric = test::with_yarn(test::random_product_fabric(13, 8, {3, 2}, 2, 9), 4);
   FabricWriteOptions options;
-  for (const LayerSet& half : {LayerSet(), table_layers, LayerSet{LayerKind::lobes}, LayerSet::all()}) {
-    options.half = half;
+  for (const LayerSet& half :
+       {LayerSet(), half_precision_layers, LayerSet{LayerKind::lobes}, LayerSet::all()}) {
+    options.half_layers = half;
     test::need(write_fabric(folder / "a.exr", fabric, options));
-    CHECK(test::need(fabric_bytes(fabric, options)) == std::filesystem::file_size(folder / "a.exr"));
+    CHECK(test::need(fabric_file_bytes(fabric, options)) == std::filesystem::file_size(folder / "a.exr"));
     auto reader = test::need(FabricReader::open(folder / "a.exr"));
     for (const LayerKind kind : {LayerKind::lobes, LayerKind::table, LayerKind::yarns})
       CHECK(reader.is_half(kind) == half.contains(kind));

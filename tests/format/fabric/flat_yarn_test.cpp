@@ -95,7 +95,7 @@ TEST_CASE("rays meet the elliptic cylinder that a straight flat yarn is, and are
       const bool shadow =
           truth.meet(at + normal * (truth.b / 64), across_and_up(V3d(light).normalized())).has_value();
       hidden += shadow ? 1 : 0;
-      differ += yarns.occluded(*hit, point, light) != shadow ? 1 : 0;
+      differ += yarns.is_occluded(*hit, point, light) != shadow ? 1 : 0;
     }
     MESSAGE(flattening, ": met ", met, ", hidden ", hidden, ", differ ", differ);
     CHECK(met > 1000);
@@ -116,7 +116,7 @@ TEST_CASE("a flat yarn is the less flat the more steeply it stands, and keeps it
   for (int i = 0; i < 4000; ++i) {
     const auto hit = yarns.trace({random.uniform(), random.uniform()}, 0, {0, 0, 1});
     if (!hit) continue;
-    const V3d along(yarns.inside().segments[hit->segment].along);
+    const V3d along(yarns.geometry().segments[hit->segment].along);
     const V3d way = along.normalized();
     const V3d off(hit->from_start);
     if (off.dot(way) < 0.2 || off.dot(way) > along.length() - 0.2) continue;
@@ -135,12 +135,12 @@ TEST_CASE("plies of a flat yarn turn on an ellipse and are as flat as it is") {
   data.curves[0].plies = {3, 8, 4, 0.3F, {0, 0, 0}};
   REQUIRE(validate(data, {2, 2}));
   const Yarns yarns(data, {2, 2});
-  const double r = 0.3 * ply_radius(3);
-  for (const Yarns::Segment& s : yarns.inside().segments) {
+  const double r = 0.3 * unit_ply_radius(3);
+  for (const Yarns::Segment& s : yarns.geometry().segments) {
     const V2d at = across_and_up(V3d(s.start)) - V2d(0, 0.4);
     CHECK(std::hypot(at.x * std::sqrt(0.5), at.y / std::sqrt(0.5)) == doctest::Approx(0.3 - r).epsilon(1e-4));
     CHECK(static_cast<double>(s.radius) == doctest::Approx(r * std::sqrt(0.5)).epsilon(1e-4));
-    CHECK(static_cast<double>(s.wide(s.radius)) == doctest::Approx(r / std::sqrt(0.5)).epsilon(1e-4));
+    CHECK(static_cast<double>(s.half_width(s.radius)) == doctest::Approx(r / std::sqrt(0.5)).epsilon(1e-4));
   }
 }
 
@@ -151,7 +151,7 @@ TEST_CASE("hairs of a flat yarn begin on its ellipse, in the direction of its no
   const double a = static_cast<double>(0.3F) / std::sqrt(0.5);
   const double b = static_cast<double>(0.3F) * std::sqrt(0.5);
   const YarnCurve& curve = data.curves[0];
-  const auto hairs = hairs_of(curve, data.nodes, {2, 2}, segments_of(curve, data.nodes, {2, 2}));
+  const auto hairs = make_hairs(curve, data.nodes, {2, 2}, make_segments(curve, data.nodes, {2, 2}));
   REQUIRE(hairs.size() == 200);
   for (const YarnHair& hair : hairs) {
     const V2d start = across_and_up(hair.points[0]) - V2d(0, static_cast<double>(0.4F));
@@ -185,14 +185,14 @@ TEST_CASE("the surface about a station is that which rays meet") {
   for (int k = 0; k < 64; ++k) {
     const float angle = 2 * std::numbers::pi_v<float> * static_cast<float>(k) / 64;
     const V3f round = frame.across * std::cos(angle) + frame.tangent.cross(frame.across) * std::sin(angle);
-    if (!(frame.normal_of(round).z > 0.2F)) continue;
-    const V3f at = frame.place_of(round);
+    if (!(frame.surface_normal(round).z > 0.2F)) continue;
+    const V3f at = frame.surface_position(round);
     const auto hit = yarns.trace(
         {static_cast<double>(at.x / period.x), static_cast<double>(-at.y / period.y)}, at.z, {0, 0, 1});
     REQUIRE(hit);
     ++met;
     const YarnPoint point = yarns.point_at(*hit);
-    CHECK((point.normal - frame.normal_of(round)).length() < 0.05F);
+    CHECK((point.normal - frame.surface_normal(round)).length() < 0.05F);
     CHECK(point.cosine == doctest::Approx(std::cos(angle)).epsilon(0.05));
   }
   CHECK(met > 10);

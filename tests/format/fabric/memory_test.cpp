@@ -16,7 +16,7 @@ namespace {
 double taken(const Yarns& yarns) {
   const Yarns::Grid& grid = yarns.grid();
   return static_cast<double>(std::span(grid.cells).size_bytes() + std::span(grid.blocks).size_bytes() +
-                             yarns.inside().segments.size_bytes());
+                             yarns.geometry().segments.size_bytes());
 }
 
 /// Thin yarn to and fro over a hundred repeats: a few nodes, thousands of cells for each.
@@ -36,11 +36,11 @@ TEST_CASE("yarn takes no more than is reckoned of its nodes") {
     for (std::uint64_t seed = 0; seed < 5; ++seed) {
       Random random(seed);
       const YarnData data = test::tangle(random, period, 4);
-      CHECK(taken(Yarns(data, period)) <= memory_of(data, period));
+      CHECK(taken(Yarns(data, period)) <= yarn_memory_bytes(data, period));
       const YarnData plies = test::plied(data);
-      CHECK(taken(Yarns(plies, period)) <= memory_of(plies, period));
+      CHECK(taken(Yarns(plies, period)) <= yarn_memory_bytes(plies, period));
     }
-    CHECK(taken(Yarns(far_and_wide(period), period)) <= memory_of(far_and_wide(period), period));
+    CHECK(taken(Yarns(far_and_wide(period), period)) <= yarn_memory_bytes(far_and_wide(period), period));
   }
 }
 
@@ -54,7 +54,7 @@ TEST_CASE("levels are refused beyond the memory that is allowed, by reader and c
   for (const FabricLevel& level : fabric.levels) {
     for (const LayerKind kind : all_layers) floats += level[kind].values.size();
   }
-  const std::uint64_t memory = reader.memory();
+  const std::uint64_t memory = reader.peak_memory_bytes();
   CHECK(memory >= floats * sizeof(float));
   CHECK(memory < 8 * floats * sizeof(float));
   CHECK(read_fabric(path, {.memory = memory}).has_value());

@@ -16,9 +16,9 @@ TEST_CASE("plies of a straight yarn are the helices of the formula, right-handed
     data.curves[0].plies = {3, 8, shift, 0.75F, {0, 0, 0}};
     REQUIRE(validate(data, {2, 2}));
     const Yarns yarns(data, {2, 2});
-    const auto segments = yarns.inside().segments;
+    const auto segments = yarns.geometry().segments;
     REQUIRE(segments.size() == 3 * 4 * 8);
-    const double radius = 0.5 * ply_radius(3);
+    const double radius = 0.5 * unit_ply_radius(3);
     for (std::size_t i = 0; i < segments.size(); ++i) {
       const double fraction = static_cast<double>(i % 32) / 32;
       const double angle = 0.75 + 2 * std::numbers::pi * (static_cast<double>(i / 32) + shift * fraction) / 3;
@@ -26,7 +26,7 @@ TEST_CASE("plies of a straight yarn are the helices of the formula, right-handed
       const V3d out(0, -std::sin(angle), std::cos(angle));
       const V3d place = V3d(2 * fraction, 1, 0.5) + out * (0.5 - radius);
       CHECK((V3d(segments[i].start) - place).length() < 1e-6);
-      CHECK((V3d(segments[i].out[0]) - out).length() < 1e-6);
+      CHECK((V3d(segments[i].axis_to_ply[0]) - out).length() < 1e-6);
       CHECK(static_cast<double>(segments[i].radius) == doctest::Approx(radius));
       CHECK(static_cast<double>(segments[i].station) == doctest::Approx(fraction));
       // The last segment of a ply reaches the first of that which it goes on as.
@@ -48,11 +48,11 @@ TEST_CASE("rays meet plies as they meet round yarns in their places") {
   const Yarns yarns(data, period);
   // Plies that meet themselves are chains of their own.
   YarnData round;
-  const auto segments = yarns.inside().segments;
+  const auto segments = yarns.geometry().segments;
   for (std::size_t i = 0; i < segments.size();) {
     YarnCurve curve = data.curves[segments[i].curve];
     curve.nodes *= curve.plies.divisions;
-    curve.radius = radius_of_plies(curve);
+    curve.radius = ply_or_yarn_radius(curve);
     curve.plies = {};
     round.curves.push_back(curve);
     for (int n = 0; n < curve.nodes; ++n) round.nodes.push_back(segments[i++].start);
@@ -93,16 +93,17 @@ TEST_CASE("indirect light of plies belongs to the axis and its sides, and the gr
     const int ply = hit->segment / 32;
     const double angle = 2 * std::numbers::pi * ply / 3;
     const V3d out(0, -std::sin(angle), std::cos(angle));
-    CHECK(static_cast<double>(point.outward) == doctest::Approx(out.dot(V3d(point.normal))).epsilon(1e-4));
+    CHECK(static_cast<double>(point.outward_cosine) ==
+          doctest::Approx(out.dot(V3d(point.normal))).epsilon(1e-4));
     CHECK(point.cosine == doctest::Approx(point.normal.z).epsilon(1e-4));
     const LightTransfer transfer = yarns.transfer_at(point);
-    CHECK(transfer[0] == doctest::Approx(0.25F * (1 + 0.5F * point.outward)));
+    CHECK(transfer[0] == doctest::Approx(0.25F * (1 + 0.5F * point.outward_cosine)));
     CHECK(transfer[1] == 0.25F);
-    CHECK(transfer[2] == doctest::Approx(0.25F * (1 - 0.25F * point.outward)));
-    CHECK(point.side.x == doctest::Approx(out.z).epsilon(1e-4));
-    CHECK(angle_factors({3, 8, 0, 0, {}, 1}, point)[3] == point.side.x);
+    CHECK(transfer[2] == doctest::Approx(0.25F * (1 - 0.25F * point.outward_cosine)));
+    CHECK(point.ply_side.x == doctest::Approx(out.z).epsilon(1e-4));
+    CHECK(angle_factors({3, 8, 0, 0, {}, 1}, point)[3] == point.ply_side.x);
     CHECK(angle_factors({3, 8, 0, 0, {}, 0}, point)[3] == angle_basis(point.cosine, point.sine)[3]);
-    if (point.outward > 0.99F) ++outermost;
+    if (point.outward_cosine > 0.99F) ++outermost;
   }
   CHECK(outermost > 20);
 }

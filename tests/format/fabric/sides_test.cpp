@@ -34,9 +34,9 @@ TEST_CASE("all sides of a fabric come back from its file") {
   REQUIRE(write_fabric(folder / "a.exr", fabric));
   const auto read = test::need(read_fabric(folder / "a.exr"));
   for (const Side side : other_sides) {
-    const Fabric& was = *fabric.side_of(side);
-    REQUIRE(read.side_of(side) != nullptr);
-    const Fabric& is = *read.side_of(side);
+    const Fabric& was = *fabric.find_side(side);
+    REQUIRE(read.find_side(side) != nullptr);
+    const Fabric& is = *read.find_side(side);
     CHECK(is.side == side);
     CHECK(is.views == was.views);
     CHECK(is.radiance_scale == was.radiance_scale);
@@ -51,10 +51,10 @@ TEST_CASE("all sides of a fabric come back from its file") {
 /// Leaves the other sides out of the levels before `first`, as a writer may.
 void leave_sides_out(Fabric& fabric, int first) {
   for (const Side side : other_sides) {
-    if (fabric.side_of(side) == nullptr) continue;
-    Fabric other = *fabric.side_of(side);
+    if (fabric.find_side(side) == nullptr) continue;
+    Fabric other = *fabric.find_side(side);
     for (int k = std::min(first, static_cast<int>(other.levels.size()) - 1) - 1; k >= 0; --k)
-      other.levels[k].take_texels(other.levels[k + 1], 1);
+      other.levels[k].copy_texels(other.levels[k + 1], 1);
     fabric.add_side(std::move(other));
   }
 }
@@ -68,9 +68,9 @@ TEST_CASE("a level that leaves a side out shows the texels of the next coarser o
   REQUIRE(write_fabric(folder / "a.exr", fabric));
   const auto read = test::need(read_fabric(folder / "a.exr"));
   for (const Side side : other_sides) {
-    const FabricLevel& coarse = whole.side_of(side)->levels[2];
+    const FabricLevel& coarse = whole.find_side(side)->levels[2];
     for (std::size_t k = 0; k < 2; ++k) {
-      const FabricLevel& fine = read.side_of(side)->levels[k];
+      const FabricLevel& fine = read.find_side(side)->levels[k];
       const int steps = 2 - static_cast<int>(k);
       for (const LayerKind kind : {LayerKind::lobes, LayerKind::table, LayerKind::products}) {
         CAPTURE(name_of(kind));
@@ -84,10 +84,10 @@ TEST_CASE("a level that leaves a side out shows the texels of the next coarser o
         }
       }
     }
-    check_equal(read.side_of(side)->levels[2], coarse);
+    check_equal(read.find_side(side)->levels[2], coarse);
   }
-  const FabricLevel& through = read.side_of(Side::through)->levels[0];
-  CHECK(through[LayerKind::indirect] == whole.side_of(Side::through)->levels[0][LayerKind::indirect]);
+  const FabricLevel& through = read.find_side(Side::through)->levels[0];
+  CHECK(through[LayerKind::indirect] == whole.find_side(Side::through)->levels[0][LayerKind::indirect]);
   CHECK(through[LayerKind::opacity] == whole.levels[0][LayerKind::opacity]);
   REQUIRE(write_fabric(folder / "b.exr", read));
   CHECK(test::bytes_of(folder / "a.exr") == test::bytes_of(folder / "b.exr"));
@@ -95,7 +95,7 @@ TEST_CASE("a level that leaves a side out shows the texels of the next coarser o
 
 TEST_CASE("light from the other side is the light of the side through, mirrored") {
   const Fabric fabric = test::four_sides();
-  const Fabric& through = *fabric.side_of(Side::through);
+  const Fabric& through = *fabric.find_side(Side::through);
   Fabric alone = fabric;
   alone.sides = {};
   Random random(2);
@@ -115,9 +115,9 @@ TEST_CASE("light from the other side is the light of the side through, mirrored"
 TEST_CASE("a fabric turned over shows its back, and turned again its front") {
   const Fabric fabric = test::four_sides();
   const Fabric behind = turned_over(fabric);
-  check_equal(behind.levels[1], fabric.side_of(Side::back)->levels[1]);
-  const FabricLevel& through = behind.side_of(Side::through)->levels[1];
-  check_equal(through, fabric.side_of(Side::back_through)->levels[1]);
+  check_equal(behind.levels[1], fabric.find_side(Side::back)->levels[1]);
+  const FabricLevel& through = behind.find_side(Side::through)->levels[1];
+  check_equal(through, fabric.find_side(Side::back_through)->levels[1]);
   CHECK(through[LayerKind::opacity] == behind.levels[1][LayerKind::opacity]);
   const YarnData& yarn = fabric.levels.front().yarns()->data();
   const Yarns turned(turned_over(*fabric.levels.front().yarns(), 2.5F), fabric.period_mm);
@@ -132,15 +132,16 @@ TEST_CASE("a fabric turned over shows its back, and turned again its front") {
 TEST_CASE("light through the front goes for the back where the views are the same") {
   Fabric fabric = test::four_sides();
   fabric.sides[index_of(Side::back_through) - 1] = nullptr;
-  CHECK(turned_over(fabric).side_of(Side::through) == nullptr);  // 3 x 3 views, the front has 2 x 3
+  CHECK(turned_over(fabric).find_side(Side::through) == nullptr);  // 3 x 3 views, the front has 2 x 3
   Fabric back = test::random_fabric(6, 4, fabric.views, 1, 9);
   back.side = Side::back;
   fabric.add_side(std::move(back));
   const Fabric behind = turned_over(fabric);
-  REQUIRE(behind.side_of(Side::through) != nullptr);
-  CHECK(behind.side_of(Side::through)->levels[0][LayerKind::opacity] == behind.levels[0][LayerKind::opacity]);
-  CHECK(behind.side_of(Side::through)->levels[0][LayerKind::lobes] ==
-        fabric.side_of(Side::through)->levels[0][LayerKind::lobes]);
+  REQUIRE(behind.find_side(Side::through) != nullptr);
+  CHECK(behind.find_side(Side::through)->levels[0][LayerKind::opacity] ==
+        behind.levels[0][LayerKind::opacity]);
+  CHECK(behind.find_side(Side::through)->levels[0][LayerKind::lobes] ==
+        fabric.find_side(Side::through)->levels[0][LayerKind::lobes]);
 }
 
 TEST_CASE("a place on yarn has the same light whichever side the yarn is known from") {
@@ -158,8 +159,8 @@ TEST_CASE("a place on yarn has the same light whichever side the yarn is known f
   lead(1, {0.5F, 0, 0});
   const Yarns yarns(data, {5, 4});
   const Yarns turned(turned_over(yarns, 2.5F), {5, 4});
-  CHECK(counts_from_the_side(yarns.inside().segments[0].tangent[0]));
-  CHECK_FALSE(counts_from_the_side(yarns.inside().segments[12].tangent[0]));
+  CHECK(angles_from_x_axis(yarns.geometry().segments[0].tangent[0]));
+  CHECK_FALSE(angles_from_x_axis(yarns.geometry().segments[12].tangent[0]));
   for (int curve = 0; curve < static_cast<int>(data.curves.size()); ++curve) {
     for (int station = 0; station < data.curves[curve].stations; ++station) {
       const YarnFrame frame = yarns.frame_at(curve, station);
@@ -191,7 +192,7 @@ TEST_CASE("plies turned over are mirrored, about axes that begin upright and oth
   data.nodes[1] = data.nodes[0] + V3f(0, 0, 0.5F);
   data.nodes[11] = data.nodes[0] + V3f(5, 0, -0.5F);
   const V2f period(5, 4);
-  REQUIRE(counts_from_the_side(data.curves[0], std::span<const V3f>(data.nodes).first(12), period));
+  REQUIRE(angles_from_x_axis(data.curves[0], std::span<const V3f>(data.nodes).first(12), period));
   const Yarns yarns(data, period);
   const Yarns turned(turned_over(yarns, 2.5F), period);
   for (int curve = 0; curve < static_cast<int>(data.curves.size()); ++curve) {
@@ -201,7 +202,7 @@ TEST_CASE("plies turned over are mirrored, about axes that begin upright and oth
         const YarnFrame here = yarns.frame_at(curve, station, ply);
         const YarnFrame there = turned.frame_at(curve, station, (plies - ply) % plies);
         CHECK((there.position - mirrored(here.position) - V3f(0, 0, 2.5F)).length() < 1e-4F);
-        CHECK((there.out - mirrored(here.out)).length() < 1e-4F);
+        CHECK((there.axis_to_ply - mirrored(here.axis_to_ply)).length() < 1e-4F);
       }
     }
   }
@@ -214,13 +215,13 @@ TEST_CASE("sides that do not fit the front are refused") {
   fabric.add_side(other);
   CHECK(validate(fabric).error().place == "back");
   fabric = test::four_sides();
-  other = *fabric.side_of(Side::back);
+  other = *fabric.find_side(Side::back);
   for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table})
     other.levels[1].remove(kind);
   fabric.add_side(other);
   CHECK(validate(fabric).error().place == "level 1/back");
   fabric = test::four_sides();
-  other = *fabric.side_of(Side::back_through);
+  other = *fabric.find_side(Side::back_through);
   other.side = Side::through;
   fabric.sides[1] = std::make_shared<const Fabric>(other);
   CHECK(validate(fabric).error().place == "through/views");

@@ -33,12 +33,12 @@ YarnData hairy(int plies, const YarnHairs& hairs) {
 }
 
 std::vector<YarnHair> grown(const YarnData& data) {
-  return hairs_of(data.curves[0], data.nodes, period, segments_of(data.curves[0], data.nodes, period));
+  return make_hairs(data.curves[0], data.nodes, period, make_segments(data.curves[0], data.nodes, period));
 }
 
-double length_of(const std::array<V3d, hair_points>& points) {
+double length_of(const std::array<V3d, hair_point_count>& points) {
   double sum = 0;
-  for (int k = 1; k < hair_points; ++k) sum += (points[k] - points[k - 1]).length();
+  for (int k = 1; k < hair_point_count; ++k) sum += (points[k] - points[k - 1]).length();
   return sum;
 }
 
@@ -49,7 +49,7 @@ double cover(const Yarns& yarns, float width) {
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
       const auto hit = yarns.trace(V2d(x + 0.5, y + 0.5) / side, 0, V3f(0, 0, 1), width);
-      if (hit && yarns.inside().segments[hit->segment].rank > 0) ++met;
+      if (hit && yarns.geometry().segments[hit->segment].hair_threshold > 0) ++met;
     }
   }
   return met / static_cast<double>(side * side);
@@ -103,8 +103,8 @@ TEST_CASE("a fraction of hairs are loops, which end on the plane of their roots,
 TEST_CASE("hairs begin evenly over the surface of a yarn and of its plies") {
   for (const int plies : {1, 3}) {
     const YarnData data = hairy(plies, {8000, 0.3F, 0.2F, 0.01F, 1});
-    const auto chain = segments_of(data.curves[0], data.nodes, period);
-    const auto radius = static_cast<double>(radius_of_plies(data.curves[0]));
+    const auto chain = make_segments(data.curves[0], data.nodes, period);
+    const auto radius = static_cast<double>(ply_or_yarn_radius(data.curves[0]));
     V3d mean(0, 0, 0);
     double along = 0;
     for (const YarnHair& hair : grown(data)) {
@@ -122,7 +122,8 @@ TEST_CASE("hairs begin evenly over the surface of a yarn and of its plies") {
       CHECK(nearest <= radius * 1.001);
       if (plies == 1) CHECK(nearest == doctest::Approx(radius).epsilon(1e-5));
       CHECK(hair.normal.length() == doctest::Approx(1));
-      CHECK(hair.light.x * hair.light.x + hair.light.y * hair.light.y == doctest::Approx(1));
+      CHECK(hair.root_angle.x * hair.root_angle.x + hair.root_angle.y * hair.root_angle.y ==
+            doctest::Approx(1));
     }
     CHECK(mean.length() / 8000 < 4 / std::sqrt(8000.0));
     if (plies == 1) CHECK(std::abs(along / 8000 - 0.5) < 4 * std::sqrt(1 / 12.0 / 8000));
@@ -146,11 +147,11 @@ TEST_CASE("the hairs of yarn turned over are those that it had, in a mirror") {
       const auto after = grown(turned);
       REQUIRE(before.size() == after.size());
       for (std::size_t h = 0; h < before.size(); ++h) {
-        for (int k = 0; k < hair_points; ++k) {
+        for (int k = 0; k < hair_point_count; ++k) {
           const V3d& p = after[h].points[k];
           CHECK((V3d(p.x, p.y, 2.5 - p.z) - before[h].points[k]).length() < 1e-5);
         }
-        CHECK(after[h].light.z == doctest::Approx(before[h].light.z).epsilon(1e-4));
+        CHECK(after[h].root_angle.z == doctest::Approx(before[h].root_angle.z).epsilon(1e-4));
       }
     }
   }
@@ -174,36 +175,36 @@ TEST_CASE("yarn is as thick as its mean and as uneven as it says, apart from its
   constexpr int steps = 200000;
   for (int i = 0; i < steps; ++i) {
     const double fraction = (i + 0.5) / steps;
-    const double thick = strand_swell(strands, fraction, byte_of_thickness) - 1;
+    const double thick = strand_swell(strands, fraction, thickness_noise_byte) - 1;
     sum += thick;
     squares += thick * thick;
-    products += thick * (strand_swell(strands, fraction, byte_of_colour) - 1);
+    products += thick * (strand_swell(strands, fraction, colour_noise_byte) - 1);
   }
   // Each of the 20,000 places counts once.
   CHECK(std::abs(sum / steps) < 4 * 0.1 / std::sqrt(20000.0));
   CHECK(std::sqrt(squares / steps) == doctest::Approx(0.1).epsilon(0.02));
   CHECK(std::abs(products / steps) < 4 * 0.01 / std::sqrt(20000.0));
   strands.irregularity = 0;
-  CHECK(strand_swell(strands, 0.3, byte_of_thickness) == 1);
+  CHECK(strand_swell(strands, 0.3, thickness_noise_byte) == 1);
 }
 
 TEST_CASE(
     "segments are as thick as their yarn in their middle, and plies lie further out where it is thick") {
   YarnData data = hairy(1, {});
   data.curves[0].strands = {0, 2, 0, 5, 0.3F, 4};
-  const auto round = segments_of(data.curves[0], data.nodes, period);
+  const auto round = make_segments(data.curves[0], data.nodes, period);
   for (std::size_t i = 0; i < round.size(); ++i) {
     const double middle = (static_cast<double>(i) + 0.5) / 8;
     CHECK(static_cast<double>(round[i].radius) ==
-          doctest::Approx(0.25 * strand_swell(data.curves[0].strands, middle, byte_of_thickness)));
-    CHECK(round[i].reach == std::max(round[i].radius, round[(i + 7) % 8].radius));
+          doctest::Approx(0.25 * strand_swell(data.curves[0].strands, middle, thickness_noise_byte)));
+    CHECK(round[i].bounding_radius == std::max(round[i].radius, round[(i + 7) % 8].radius));
   }
   data.curves[0].plies = {3, 4, 1, 0, {0, 0, 0}};
-  for (const Yarns::Segment& s : segments_of(data.curves[0], data.nodes, period)) {
+  for (const Yarns::Segment& s : make_segments(data.curves[0], data.nodes, period)) {
     const double thick =
-        strand_swell(data.curves[0].strands, static_cast<double>(s.station) / 5, byte_of_thickness);
+        strand_swell(data.curves[0].strands, static_cast<double>(s.station) / 5, thickness_noise_byte);
     const double off = V2d(static_cast<double>(s.start.y) - 1, static_cast<double>(s.start.z) - 1).length();
-    CHECK(off == doctest::Approx(0.25 * (1 - ply_radius(3)) * thick).epsilon(1e-4));
+    CHECK(off == doctest::Approx(0.25 * (1 - unit_ply_radius(3)) * thick).epsilon(1e-4));
   }
 }
 
@@ -218,7 +219,7 @@ TEST_CASE("hairs too short for a direction are not there, however they are looke
     const YarnData data = hairy(2, {200, length, 0.5F, 0.05F, 1});
     REQUIRE(validate(data, period));
     const Yarns yarns(data, period);
-    for (const Yarns::Segment& s : yarns.inside().segments) CHECK(std::isfinite(s.inverse_length2));
+    for (const Yarns::Segment& s : yarns.geometry().segments) CHECK(std::isfinite(s.inverse_length2));
     Random random(1);
     int seen = 0;
     for (int i = 0; i < 2000; ++i) {

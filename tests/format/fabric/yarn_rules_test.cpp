@@ -49,7 +49,7 @@ TEST_CASE("values of yarn have all fields, then the nodes, and fewer or more fie
   CHECK(values[36] == data.nodes[0].x);
   CHECK(read(values, 36) == data);
   CHECK(read(values, 37) == data);
-  CHECK(read(values, 31).curves[0].strands.contrast == usual_contrast);
+  CHECK(read(values, 31).curves[0].strands.contrast == default_contrast);
   CHECK(read(values, 14).curves[0].plies.shift == -7);
   CHECK(read(values, 11).curves[0].plies == YarnPlies());
 }

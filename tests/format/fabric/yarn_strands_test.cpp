@@ -48,11 +48,11 @@ TEST_CASE("strands differ with a mean of 0 and the stated variances, and neighbo
     YarnStrands own{40, 7, 0, i, 0, 1};
     const double around = (std::floor(40 * random.uniform()) + 0.5) / 40;
     const double fraction = random.uniform();
-    const auto change = strand_change(own, around, fraction);
-    const auto next = strand_change(own, around + 1.0 / 40, fraction);
+    const auto change = strand_perturbation(own, around, fraction);
+    const auto next = strand_perturbation(own, around + 1.0 / 40, fraction);
     // In the middle of a strand its roundness has no slope.
     const std::array<double, 4> values{change.across / strand_tilt, change.along / strand_lift,
-                                       change.turn / strand_sway, (change.brightness - 1) / usual_contrast};
+                                       change.turn / strand_sway, (change.brightness - 1) / default_contrast};
     for (std::size_t k = 0; k < values.size(); ++k) moments[k].add(values[k]);
     product.add(values[0] * next.across / strand_tilt);
     product.add(values[0] * values[1]);
@@ -70,37 +70,37 @@ TEST_CASE("irregular yarn changes by its irregularity, whole turns about it do n
   Moments brightness;
   for (int i = 0; i < count; ++i) {
     const YarnStrands own{0, 2, 0, i, 0.25F, 2 + i % 4};
-    const auto change = strand_change(own, 0.3, i / 777.0);
+    const auto change = strand_perturbation(own, 0.3, i / 777.0);
     CHECK(change.across == 0);
     brightness.add((change.brightness - 1) / 0.25);
   }
   CHECK(std::abs(brightness.mean()) < 6 / 141.4);
   CHECK(std::abs(brightness.variance() - 1) < 6 / 141.4);
   for (const double around : {0.11, 0.52, 0.93}) {
-    CHECK(strand_change(strands, around + 3, 0.4).across ==
-          doctest::Approx(strand_change(strands, around, 0.4).across));
+    CHECK(strand_perturbation(strands, around + 3, 0.4).across ==
+          doctest::Approx(strand_perturbation(strands, around, 0.4).across));
   }
 }
 
 TEST_CASE("strands run on where the chain begins again, as others where they shift") {
   for (int i = 0; i < 310; ++i) {
     const double around = (i + 0.4) / 310;
-    const auto end = strand_change(strands, around, 1 - 1e-9);
-    const auto start = strand_change(strands, around, 0.0);
+    const auto end = strand_perturbation(strands, around, 1 - 1e-9);
+    const auto start = strand_perturbation(strands, around, 0.0);
     CHECK(end.across == doctest::Approx(start.across).epsilon(1e-5));
     CHECK(end.along == doctest::Approx(start.along).epsilon(1e-5));
     CHECK(end.turn == doctest::Approx(start.turn).epsilon(1e-5));
     CHECK(end.brightness == doctest::Approx(start.brightness).epsilon(1e-5));
-    CHECK(strand_change(strands, around, 2.3).along ==
-          doctest::Approx(strand_change(strands, around, 0.3).along).epsilon(1e-6));
+    CHECK(strand_perturbation(strands, around, 2.3).along ==
+          doctest::Approx(strand_perturbation(strands, around, 0.3).along).epsilon(1e-6));
   }
   // Where nothing else leans: a roof over each strand, of slope 1/2 at its edges.
   YarnStrands one = strands;
   one.shift = 0;
   const double width = 1.0 / one.count;
-  const double low = strand_change(one, 4.0001 * width, 0.5).across;
-  CHECK(strand_change(one, 4.5 * width, 0.5).across - low == doctest::Approx(0.5).epsilon(1e-3));
-  CHECK(strand_change(one, 4.9999 * width, 0.5).across - low == doctest::Approx(1).epsilon(1e-3));
+  const double low = strand_perturbation(one, 4.0001 * width, 0.5).across;
+  CHECK(strand_perturbation(one, 4.5 * width, 0.5).across - low == doctest::Approx(0.5).epsilon(1e-3));
+  CHECK(strand_perturbation(one, 4.9999 * width, 0.5).across - low == doctest::Approx(1).epsilon(1e-3));
 }
 
 TEST_CASE("single and double precision have the same strands") {
@@ -109,8 +109,8 @@ TEST_CASE("single and double precision have the same strands") {
   for (int i = 0; i < 10000; ++i) {
     const double around = random.uniform() - 0.5;
     const double fraction = random.uniform();
-    const auto a = strand_change(strands, around, fraction);
-    const auto b = strand_change(strands, static_cast<float>(around), static_cast<float>(fraction));
+    const auto a = strand_perturbation(strands, around, fraction);
+    const auto b = strand_perturbation(strands, static_cast<float>(around), static_cast<float>(fraction));
     apart += std::abs(a.across - static_cast<double>(b.across)) +
                          std::abs(a.brightness - static_cast<double>(b.brightness)) <
                      1e-4
@@ -124,7 +124,7 @@ TEST_CASE("a strand turns normal and fibre by its slopes, and faces the viewer")
   const V3d view = V3d(0.2, -0.1, 1).normalized();
   V3d normal(0, 0, 1);
   V3d fibre(1, 0, 0);
-  turn_to_strand(StrandChange<double>{0.3, -0.1, 0, 1}, view, normal, fibre);
+  turn_to_strand(StrandPerturbation<double>{0.3, -0.1, 0, 1}, view, normal, fibre);
   // The plane that rises by 0.1 along x and falls by 0.3 along F x N = -y.
   const V3d plane = V3d(-0.1, -0.3, 1).normalized();
   CHECK((normal - plane).length() < 1e-12);
@@ -133,7 +133,7 @@ TEST_CASE("a strand turns normal and fibre by its slopes, and faces the viewer")
   normal = {0, 0, 1};
   fibre = {1, 0, 0};
   const V3d low = V3d(0, 1, 0.1).normalized();
-  turn_to_strand(StrandChange<double>{0.5, 0, 0, 1}, low, normal, fibre);
+  turn_to_strand(StrandPerturbation<double>{0.5, 0, 0, 1}, low, normal, fibre);
   CHECK(normal.dot(low) > 0.04);
 }
 
@@ -153,7 +153,7 @@ TEST_CASE("the strands of yarn turned over are those that it had, in a mirror") 
   const auto mirror = [](const V3f& v) { return V3f(v.x, v.y, -v.z); };
   int compared = 0;
   for (int segment = 0; segment < 24; ++segment) {
-    const Yarns::Segment& s = yarns.inside().segments[segment];
+    const Yarns::Segment& s = yarns.geometry().segments[segment];
     for (int k = 0; k < 16; ++k) {
       const float angle = 0.39F * static_cast<float>(k) + 0.1F;
       const V3f beside = s.along.normalized().cross(s.across[0]);
@@ -168,7 +168,7 @@ TEST_CASE("the strands of yarn turned over are those that it had, in a mirror") 
       turned.add_strands(other, view);
       ++compared;
       CHECK(other.brightness == doctest::Approx(point.brightness).epsilon(1e-3));
-      CHECK((mirror(other.strand) - point.strand).length() < 1e-2F);
+      CHECK((mirror(other.strand_normal) - point.strand_normal).length() < 1e-2F);
       CHECK((mirror(other.fibre) - point.fibre).length() < 1e-2F);
     }
   }

@@ -130,8 +130,8 @@ TEST_CASE(
     const YarnData data = tangle(random, period, 3 + 2 * scene);
     REQUIRE(validate(data, period));
     const Yarns yarns(data, period);
-    const float high = yarns.inside().high;
-    const float low = yarns.inside().low;
+    const float high = yarns.geometry().max_z;
+    const float low = yarns.geometry().min_z;
     const float plane = 0.1F * unit;
     const auto way = [&](double from, double to, const V3d& d) { return (to - from) / d.z; };
     for (int i = 0; i < rays / 3; ++i) {
@@ -169,7 +169,7 @@ TEST_CASE(
           is_inside(data, period, start) ||
           first_entry(data, period, start, towards, way(start.z, high, towards), 0).segment >= 0;
       hidden += shadow ? 1 : 0;
-      if (yarns.occluded(*hit, point, light) != shadow) ++shadows_differ;
+      if (yarns.is_occluded(*hit, point, light) != shadow) ++shadows_differ;
     }
   }
   CHECK(met > rays / 4);
@@ -208,10 +208,10 @@ TEST_CASE(
   // One coefficient at a time: function i of the angle, k of the light, red.
   const V3f light = V3f(0.2F, 0.5F, 0.8F).normalized();
   const auto by_light = light_basis(light);
-  for (int i = 0; i < angle_functions; ++i) {
-    for (int k = 0; k < light_functions_of_yarn; ++k) {
+  for (int i = 0; i < angle_function_count; ++i) {
+    for (int k = 0; k < yarn_light_function_count; ++k) {
       std::fill(data.light.begin(), data.light.end(), 0.0F);
-      data.light[(i * light_functions_of_yarn + k) * 3] = 1;
+      data.light[(i * yarn_light_function_count + k) * 3] = 1;
       const Yarns yarns(data, {2, 2});
       // Along x the angle is 0 at the top and grows towards -y, which is growing v.
       const double angle = std::asin(0.5);

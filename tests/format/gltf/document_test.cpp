@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr SceneLimits anywhere{.document = {.other_files = OtherFiles::anywhere}};
+constexpr SceneLimits anywhere{.document = {.external_files = ExternalFiles::anywhere}};
 
 /// A triangle with `extra` put in front of the root's members.
 std::string triangle(const std::string& extra = "",
@@ -53,19 +53,19 @@ TEST_CASE("gltf: a written garment is read back as it was, and is the same each 
 TEST_CASE("gltf: a document that is not to open other files refuses their URIs, and data URIs are its own") {
   const Folder folder;
   test::write_bytes(folder / "three.bin", "abc");
-  const auto load = [&](const std::string& uri, OtherFiles other_files) {
+  const auto load = [&](const std::string& uri, ExternalFiles external_files) {
     const std::string text =
         R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":3,"uri":")" + uri + R"("}]})";
     return load_gltf({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()},
-                     folder / "memory.gltf", {.other_files = other_files});
+                     folder / "memory.gltf", {.external_files = external_files});
   };
   const std::vector<std::vector<std::uint8_t>> abc{{'a', 'b', 'c'}};
-  REQUIRE(load("three.bin", OtherFiles::inside));
-  CHECK(load("three.bin", OtherFiles::inside)->buffers == abc);
-  REQUIRE_FALSE(load("three.bin", OtherFiles::none));
-  CHECK(load("three.bin", OtherFiles::none).error().code == Code::gltf_unsupported);
-  REQUIRE(load("data:application/octet-stream;base64,YWJj", OtherFiles::none));
-  CHECK(load("data:application/octet-stream;base64,YWJj", OtherFiles::none)->buffers == abc);
+  REQUIRE(load("three.bin", ExternalFiles::in_folder));
+  CHECK(load("three.bin", ExternalFiles::in_folder)->buffers == abc);
+  REQUIRE_FALSE(load("three.bin", ExternalFiles::none));
+  CHECK(load("three.bin", ExternalFiles::none).error().code == Code::gltf_unsupported);
+  REQUIRE(load("data:application/octet-stream;base64,YWJj", ExternalFiles::none));
+  CHECK(load("data:application/octet-stream;base64,YWJj", ExternalFiles::none)->buffers == abc);
 }
 
 TEST_CASE("gltf: hidden nodes are left out, and an empty default scene is another one") {
@@ -101,7 +101,7 @@ TEST_CASE("gltf: hidden nodes are left out, and an empty default scene is anothe
     CHECK(scene.remarks ==
           (*c.remark == '\0' ? std::vector<std::string>() : std::vector<std::string>{c.remark}));
     IssueSink issues("a.glb");
-    CHECK(read_everything(document, {}, issues).instances.size() == c.triangles);
+    CHECK(read_whole_document(document, {}, issues).instances.size() == c.triangles);
     CHECK_FALSE(issues.has_error());
   }
 }

@@ -27,7 +27,7 @@ std::string png_header(std::uint32_t width, std::uint32_t height) {
 }
 
 std::uint64_t pixels_of(const std::string& bytes) {
-  return picture_pixels({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  return picture_pixel_count({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
 }
 
 /// The code of reading, the same as of checking; nothing if both accept it.
@@ -35,8 +35,8 @@ std::optional<Code> verdict(const Folder& folder, const Square& square, const Sc
   test::write_bytes(folder / "case.glb", test::glb(square.json.dump(), square.bytes));
   const Issues issues = check_gltf(folder / "case.glb", limits);
   const Result<Scene> scene = read_scene(folder / "case.glb", limits);
-  const auto drawn = check_drawable(scene ? *scene : Scene(), limits.document.memory);
-  if (drawn) CHECK(check_textures(*scene, *drawn).has_value());
+  const auto drawn = check_scene_memory(scene ? *scene : Scene(), limits.document.memory);
+  if (drawn) CHECK(check_texture_memory(*scene, *drawn).has_value());
   CHECK(has_error(issues) == (!scene || !drawn));
   if (scene && drawn) return std::nullopt;
   return scene ? drawn.error().code : scene.error().code;
@@ -46,13 +46,13 @@ std::optional<Code> verdict(const Folder& folder, const Square& square, const Sc
 
 TEST_CASE("memory: an account is empty once it has been asked for too much, and no product wraps around") {
   MemoryAccount account(100);
-  CHECK(account.take(9, 10));
-  CHECK(account.take(1 << 30, 0));
-  CHECK(account.left() == 10);
-  CHECK_FALSE(account.take(11, 1));
-  CHECK_FALSE(account.take(1, 1));
+  CHECK(account.try_reserve(9, 10));
+  CHECK(account.try_reserve(1 << 30, 0));
+  CHECK(account.remaining_bytes() == 10);
+  CHECK_FALSE(account.try_reserve(11, 1));
+  CHECK_FALSE(account.try_reserve(1, 1));
   MemoryAccount large(std::uint64_t{1} << 40);
-  CHECK_FALSE(large.take(std::uint64_t{1} << 63, 256));
+  CHECK_FALSE(large.try_reserve(std::uint64_t{1} << 63, 256));
 }
 
 TEST_CASE("memory: a picture has the pixels of its header") {
@@ -88,9 +88,9 @@ TEST_CASE("memory: a garment is refused by what it declares, in its checker as i
   const Scene scene = test::need(read_scene(folder / "case.glb"));
   // A garment may be drawn from afar that takes more from near.
   const auto whole = [&](std::uint64_t bytes) {
-    return check_textures(scene, test::need(check_drawable(scene, bytes)));
+    return check_texture_memory(scene, test::need(check_scene_memory(scene, bytes)));
   };
-  CHECK(check_drawable(scene, mib).has_value());
+  CHECK(check_scene_memory(scene, mib).has_value());
   CHECK(whole(2940 * mib).has_value());
   const Error error = test::error_of(whole(2900 * mib));
   CHECK(error.code == Code::file_too_large);

@@ -225,7 +225,7 @@ TEST_CASE("materials of OBJ: what programs write otherwise is understood, and wh
     const GltfDocument document = test::need(load_mesh_document(text, folder / "g.obj", {}));
     const Json& core = document.json["materials"][0]["pbrMetallicRoughness"];
     CHECK(member(core, "baseColorFactor") == c.factor);
-    const Json& images = array_of(document.json, "images");
+    const Json& images = array_member(document.json, "images");
     CHECK((images.empty() ? "" : string_of(images[0]["uri"])) == c.uri);
     const auto told = [&](const std::string& line) { return line.find(c.remark) != std::string::npos; };
     if (*c.remark == '\0')

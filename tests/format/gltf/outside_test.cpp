@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr SceneLimits anywhere{.document = {.other_files = OtherFiles::anywhere}};
+constexpr SceneLimits anywhere{.document = {.external_files = ExternalFiles::anywhere}};
 
 /// A folder "in" with a document, a file that the document is not to see beside it, and links to that.
 struct Yard {
@@ -117,7 +117,7 @@ TEST_CASE("gltf: a file is found by a name of another system, with a remark, but
   // A missing file is missing after the document has moved, too.
   GltfDocument document = test::need(load_gltf(yard.document));
   fs::create_directories(yard.folder / "out");
-  move_document(document, yard.folder / "out");
+  rebase_uris(document, yard.folder / "out");
   CHECK(test::error_of(read_image_bytes(document, 1)).message == "nowhere.png: no such file");
 }
 
@@ -132,13 +132,13 @@ TEST_CASE("gltf: a document that moves is still held to the folder that it came 
   yard.write("/images/1/uri", "own");
   fs::create_directories(yard.folder / "out");
   GltfDocument document = test::need(load_gltf(yard.document));
-  move_document(document, yard.folder / "out");
+  rebase_uris(document, yard.folder / "out");
   CHECK(document.json["images"][1]["uri"] == "../in/own");
   CHECK(resolve_uri(document, "../in/own", ""));
   CHECK(test::error_of(resolve_uri(document, "own", "")).code == Code::gltf_reference);
   IssueSink issues("");
-  find_outside(document, issues);
-  CHECK(issues.errors() == 3);  // for others, who find it in its new folder
+  find_outside_uris(document, issues);
+  CHECK(issues.error_count() == 3);  // for others, who find it in its new folder
 }
 
 TEST_CASE("gltf: only bytes that are a picture are embedded, however short they are") {

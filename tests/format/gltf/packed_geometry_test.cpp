@@ -26,13 +26,13 @@ constexpr const char* encodings[] = {"draco_edgebreaker", "draco_sequential", "m
 
 std::set<std::string> names_in(const Json& root, const char* list) {
   std::set<std::string> names;
-  for (const Json& name : array_of(root, list)) names.insert(string_of(name));
+  for (const Json& name : array_member(root, list)) names.insert(string_of(name));
   return names;
 }
 
 std::vector<Bytes> elements_of(const GltfDocument& document) {
   std::vector<Bytes> elements;
-  for (std::size_t i = 0; i < array_of(document.json, "accessors").size(); ++i)
+  for (std::size_t i = 0; i < array_member(document.json, "accessors").size(); ++i)
     elements.push_back(GltfReader(document).elements(static_cast<int>(i), ""));
   return elements;
 }

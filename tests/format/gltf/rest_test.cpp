@@ -216,8 +216,8 @@ TEST_CASE("cameras: lenses and places are read, one that shows nothing is remark
   CHECK(scene.cameras[0].yfov == 0.7);
   CHECK(scene.cameras[0].aspect == 1.5);
   CHECK_FALSE(scene.cameras[0].zfar.has_value());
-  CHECK_FALSE(scene.cameras[1].perspective);
-  CHECK(scene.cameras[1].magnification == V2d(2, 1));
+  CHECK_FALSE(scene.cameras[1].is_perspective);
+  CHECK(scene.cameras[1].half_size == V2d(2, 1));
   CHECK(scene.remarks.size() == 1);
 }
 
@@ -239,7 +239,7 @@ TEST_CASE("materials: core parameters, samplers and extensions are read") {
   CHECK(m.metallic_roughness_texture.image == 0);
   CHECK(m.metallic_roughness_texture.wrap_u == Wrap::clamp);
   CHECK(m.metallic_roughness_texture.wrap_v == Wrap::mirror);
-  CHECK(m.metallic_roughness_texture.nearest);
+  CHECK(m.metallic_roughness_texture.has_nearest_filter);
   CHECK(m.normal_texture.tex_coord == 1);
   CHECK(m.normal_scale == 0.75F);
   CHECK(m.occlusion_strength == 0.125F);

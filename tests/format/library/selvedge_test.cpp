@@ -23,7 +23,7 @@ struct Written {
   Folder folder;
   Fabric fabric = random_fabric(6, 5, {2, 3}, 2, 7);
   std::string path = folder / "f.exr";
-  Written() { REQUIRE(write_fabric(path, fabric, {.half = LayerSet{}})); }
+  Written() { REQUIRE(write_fabric(path, fabric, {.half_layers = LayerSet{}})); }
 };
 
 }  // namespace
@@ -58,7 +58,7 @@ TEST_CASE("the library gives every layer of a fabric of products, as it was writ
   for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light}) {
     fabric.levels[0].remove(kind);
   }
-  REQUIRE(write_fabric(folder / "f.exr", fabric, {.half = LayerSet{}}));
+  REQUIRE(write_fabric(folder / "f.exr", fabric, {.half_layers = LayerSet{}}));
   const auto file = test::need(FabricFile::open(folder / "f.exr"));
   CHECK(file.facts().light_columns == fabric.lights.columns);
   CHECK(file.facts().light_rows == fabric.lights.rows);
@@ -90,7 +90,7 @@ TEST_CASE("the library gives the yarn as it was written, and shows it at level -
   Fabric fabric = with_yarn(random_fabric(6, 5, {2, 3}, 1, 7), 2);
   fabric.levels[0].set_yarns(
       std::make_shared<const Yarns>(plied(fabric.levels[0].yarns()->data()), fabric.period_mm));
-  REQUIRE(write_fabric(folder / "f.exr", fabric, {.half = LayerSet{}}));
+  REQUIRE(write_fabric(folder / "f.exr", fabric, {.half_layers = LayerSet{}}));
   const auto file = test::need(FabricFile::open(folder / "f.exr"));
   const YarnData& data = fabric.levels[0].yarns()->data();
   const FabricYarns yarns = file.yarns();
@@ -137,7 +137,7 @@ TEST_CASE("many directions at once give what each gives alone") {
   const auto file = test::need(FabricFile::open(folder / "f.exr"));
   std::vector<std::array<float, 3>> lights;
   std::vector<std::array<float, 3>> views;
-  for (const DirectionPair& pair : random_pairs(20, 0.05, 4)) {
+  for (const DirectionPair& pair : random_direction_pairs(20, 0.05, 4)) {
     lights.push_back({pair.light.x, pair.light.y, pair.light.z});
     views.push_back({pair.view.x, pair.view.y, pair.view.z});
   }
@@ -201,7 +201,7 @@ TEST_CASE("a fabric beyond the limits that a program sets is refused") {
 TEST_CASE("the library draws lights as the sampler does, from both sides, and says nothing where it cannot") {
   const Folder folder;
   const Fabric fabric = four_sides();
-  REQUIRE(write_fabric(folder / "f.exr", fabric, {.half = LayerSet{}}));
+  REQUIRE(write_fabric(folder / "f.exr", fabric, {.half_layers = LayerSet{}}));
   const auto front = test::need(FabricFile::open(folder / "f.exr"));
   const auto back = test::need(front.turned_over());
   CHECK(back.facts().view_rows == 3);

@@ -39,7 +39,7 @@ std::size_t compare_with_openimageio(const std::string& path) {
         const int channel = spec.channelindex(part.channels[c].name);
         REQUIRE(channel >= 0);
         const bool half = spec.channelformat(channel) == OIIO::TypeDesc::HALF;
-        CHECK(half == part.channels[c].half);
+        CHECK(half == part.channels[c].is_half);
         bool equal = true;
         for (std::size_t i = 0; i < texels; ++i) {
           const float value = values[i * part.channels.size() + static_cast<std::size_t>(channel)];
@@ -62,8 +62,8 @@ TEST_CASE("OpenImageIO reads every part and level of a fabric bit by bit as we d
   Fabric fabric = test::random_product_fabric(70, 9, {2, 2}, 2, 12);
   fabric.levels[1].remove(LayerKind::table);  // a level of zeros
   FabricWriteOptions options;
-  for (const LayerSet& half : {LayerSet(), table_layers, LayerSet::all()}) {
-    options.half = half;
+  for (const LayerSet& half : {LayerSet(), half_precision_layers, LayerSet::all()}) {
+    options.half_layers = half;
     test::need(write_fabric(folder / "a.exr", fabric, options));
     // 4 channels of the preview; 27 + 6 + 12 + 4 + 9 + 2 + 1 of the layers, over all levels.
     CHECK(compare_with_openimageio(folder / "a.exr") ==

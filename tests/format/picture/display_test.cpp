@@ -23,7 +23,7 @@ TEST_CASE("without background colour is divided by opacity, and empty pixels sta
 }
 
 TEST_CASE("Khronos PBR Neutral leaves colours below 0.8 but for 0.04, and keeps hues above") {
-  const auto neutral = [](const V3f& c) { return tone_mapped(ToneCurve::neutral, c); };
+  const auto neutral = [](const V3f& c) { return tone_map(ToneCurve::neutral, c); };
   CHECK(neutral(V3f(0)) == V3f(0));
   CHECK(neutral(V3f(0.04F)).x == doctest::Approx(6.25 * 0.0016));
   CHECK(neutral(V3f(0.7F, 0.5F, 0.1F)).y == doctest::Approx(0.46));
@@ -46,18 +46,18 @@ TEST_CASE("the AgX curve has the values of three.js 0.187") {
                                                {{40, 2, 40}, {1, 0.9551F, 1}},
                                                {{1e4F, 1e4F, 1e4F}, {0.99698F, 0.99688F, 0.99678F}}};
   for (const auto& [colour, wanted] : cases) {
-    CHECK((tone_mapped(ToneCurve::agx, colour) - wanted).length() < 1e-4F);
+    CHECK((tone_map(ToneCurve::agx, colour) - wanted).length() < 1e-4F);
   }
 }
 
 TEST_CASE("a tone curve leaves the background and the opacity alone") {
   const Frame frame{2, 1, {V4f(0, 0, 0, 0), V4f(1.5F, 1.5F, 1.5F, 0.5F)}};
-  for (const ToneCurve tone : {ToneCurve::none, ToneCurve::neutral, ToneCurve::agx}) {
-    const Image image = to_display_image(frame, {1, tone, V3f(0.9F)});
+  for (const ToneCurve tone_curve : {ToneCurve::none, ToneCurve::neutral, ToneCurve::agx}) {
+    const Image image = to_display_image(frame, {1, tone_curve, V3f(0.9F)});
     CHECK(image.pixels[0] == 0.9F);
-    const float cloth = tone_mapped(tone, V3f(3)).x;
+    const float cloth = tone_map(tone_curve, V3f(3)).x;
     CHECK(image.pixels[3] == doctest::Approx(0.5 * cloth + 0.5 * 0.9));
-    CHECK(to_display_image(frame, {1, tone, std::nullopt}).pixels[7] == 0.5F);
+    CHECK(to_display_image(frame, {1, tone_curve, std::nullopt}).pixels[7] == 0.5F);
   }
 }
 

@@ -50,18 +50,18 @@ TEST_CASE("an environment's pixels cover the sphere, and directions find them ag
   CHECK(e.direction(0, 0).y > 0.99);
   Random random(3);
   for (const double turn : {0.0, 90.0, -200.0}) {
-    e.options.turn = turn;
+    e.options.turn_degrees = turn;
     const Environment turned_one = e;
     for (int i = 0; i < 200; ++i) {
       const int x = static_cast<int>(random.uniform() * 64);
       const int y = static_cast<int>(random.uniform() * 32);
-      const V3f seen = turned_one.at(turned_one.direction(x, y));
+      const V3f seen = turned_one.radiance_at(turned_one.direction(x, y));
       CHECK((seen - e.radiance[y * 64 + x]).length() < 1e-4F);
     }
   }
   // A turn by a quarter moves what was seen along -z to -x.
-  e.options.turn = 90;
-  CHECK((e.at({-1, 0, 0}) - V3f(2, 2, 1)).length() < 0.01F);
+  e.options.turn_degrees = 90;
+  CHECK((e.radiance_at({-1, 0, 0}) - V3f(2, 2, 1)).length() < 0.01F);
 }
 
 TEST_CASE("a sun becomes a lamp of its direction and irradiance, a second one another") {
@@ -73,7 +73,7 @@ TEST_CASE("a sun becomes a lamp of its direction and irradiance, a second one an
     if (d.dot(second) > std::cos(half_angle)) return V3f(400, 500, 600);
     return V3f(0.5F, 0.6F, 0.7F);
   };
-  const EnvironmentLight light = divide(made(512, sky));
+  const EnvironmentLight light = split_light(made(512, sky));
   REQUIRE(light.lamps.size() == 2);
   const double cap = 2 * std::numbers::pi * (1 - std::cos(half_angle));
   CHECK(light.lamps[0].direction.dot(sun) > 0.9999);
@@ -83,29 +83,29 @@ TEST_CASE("a sun becomes a lamp of its direction and irradiance, a second one an
   // Nothing is lost: all light, whichever its part.
   V3d whole(0, 0, 0);
   for (const Light& lamp : light.lamps) whole += V3d(lamp.irradiance);
-  whole += V3d(light.rest.factors[0]) * (4 * std::numbers::pi);
+  whole += V3d(light.smooth_light.coefficients[0]) * (4 * std::numbers::pi);
   const V3d all = V3d(0.5, 0.6, 0.7) * (4 * std::numbers::pi - 2 * cap) + V3d(2400, 2000, 1600) * cap;
   CHECK((whole - all).length() < 0.05 * all.length());
 }
 
 TEST_CASE("turned light is the turned environment's") {
-  const Environment plain = studio();
+  const Environment plain = studio_environment();
   for (const EnvironmentOptions options : {EnvironmentOptions{30, 2}, {-170, 0.5}}) {
-    const EnvironmentLight light = turned(divide(plain), options);
-    const EnvironmentLight expected = divide(studio(options));
+    const EnvironmentLight light = with_options(split_light(plain), options);
+    const EnvironmentLight expected = split_light(studio_environment(options));
     REQUIRE(light.lamps.size() == expected.lamps.size());
     for (std::size_t i = 0; i < light.lamps.size(); ++i) {
       CHECK((light.lamps[i].direction - expected.lamps[i].direction).length() < 1e-9);
       CHECK((light.lamps[i].irradiance - expected.lamps[i].irradiance).length() < 1e-6);
     }
-    for (int k = 0; k < smooth_functions; ++k)
-      CHECK((light.rest.factors[k] - expected.rest.factors[k]).length() < 1e-5);
+    for (int k = 0; k < smooth_function_count; ++k)
+      CHECK((light.smooth_light.coefficients[k] - expected.smooth_light.coefficients[k]).length() < 1e-5);
   }
 }
 
 TEST_CASE("the studio lights a white cloth from two sides, and leaves none dark") {
-  const Environment room = studio();
-  CHECK(divide(room).lamps.size() == 2);
+  const Environment room = studio_environment();
+  CHECK(split_light(room).lamps.size() == 2);
   const std::vector<Light> pixels = lamps_of(room);
   const auto white_facing = [&](const V3d& normal) {
     double irradiance = 0;
@@ -115,7 +115,7 @@ TEST_CASE("the studio lights a white cloth from two sides, and leaves none dark"
     }
     return irradiance / std::numbers::pi;
   };
-  CHECK(white_facing(divide(room).lamps[0].direction) == doctest::Approx(1.75).epsilon(0.1));
+  CHECK(white_facing(split_light(room).lamps[0].direction) == doctest::Approx(1.75).epsilon(0.1));
   for (const V3d& normal : {V3d(0, 0, 1), V3d(0, 0, -1), V3d(1, 0, 0), V3d(-1, 0, 0), V3d(0, 1, 0)})
     CHECK(white_facing(normal) > 0.3);
 }

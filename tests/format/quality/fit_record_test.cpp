@@ -16,7 +16,7 @@ namespace {
 PairSamples random_truth(int count, std::uint64_t seed) {
   PairSamples truth;
   truth.width = truth.height = 8;
-  truth.pairs = random_pairs(count, 0.15, seed);
+  truth.pairs = random_direction_pairs(count, 0.15, seed);
   Random random(seed);
   for (int i = 0; i < count * 64; ++i) {
     truth.alpha.push_back(test::uniform(random, 0, 1));
@@ -34,14 +34,14 @@ TEST_CASE("the accuracy of a fabric has the errors that compare finds") {
   Fabric fabric = test::random_product_fabric(8, 8, {2, 2}, 2, 3);
   const PairSamples held_out = random_truth(5, 1);
   FitRecord record;
-  test::need(measure_side(fabric, held_out, record));
+  test::need(add_side_accuracy(fabric, held_out, record));
   const Comparison comparison = test::need(compare(fabric, held_out, PairKind::held_out));
   CHECK(record.peak == comparison.peak);
   fabric.side = Side::back;
-  test::need(measure_side(fabric, random_truth(3, 2), record));
+  test::need(add_side_accuracy(fabric, random_truth(3, 2), record));
   CHECK(record.peak == comparison.peak);  // of the front, for both
 
-  const json read = json::parse(accuracy_text(record));
+  const json read = json::parse(accuracy_json(record));
   CHECK(read["pairs"] == 8);
   CHECK(read["peak"].get<double>() == doctest::Approx(record.peak).epsilon(1e-5));
   for (const Side side : {Side::front, Side::back}) {
@@ -56,6 +56,6 @@ TEST_CASE("the accuracy of a fabric has the errors that compare finds") {
 
 TEST_CASE("without held-out pairs there is no record") {
   FitRecord none;
-  test::need(measure_side(test::random_product_fabric(8, 8, {2, 2}, 2, 3), PairSamples(), none));
-  CHECK(accuracy_text(none) == "{}");
+  test::need(add_side_accuracy(test::random_product_fabric(8, 8, {2, 2}, 2, 3), PairSamples(), none));
+  CHECK(accuracy_json(none) == "{}");
 }

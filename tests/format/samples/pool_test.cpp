@@ -8,7 +8,7 @@ TEST_CASE("the fractions of a coarse texel sum to 1 and cover every fine texel o
   for (int fine = 1; fine <= 40; ++fine) {
     const int coarse = fine > 1 ? fine / 2 : 1;
     std::vector<double> covered(static_cast<std::size_t>(fine), 0);
-    for (const auto& row : overlaps(fine, coarse)) {
+    for (const auto& row : texel_overlaps(fine, coarse)) {
       double sum = 0;
       for (const Overlap& o : row) {
         sum += o.fraction;
@@ -27,13 +27,13 @@ TEST_CASE("pooling weights radiance by opacity and averages opacity by area") {
   fine.views = 1;
   fine.lights = 1;
   fine.alpha = {1.0F, 0.25F};
-  fine.normal = {V3f(0, 0, 1), V3f(0.25F, 0, 0)};
+  fine.normal_sum = {V3f(0, 0, 1), V3f(0.25F, 0, 0)};
   fine.radiance = {V3f(1, 1, 1), V3f(5, 5, 5)};
   const SampleLevel coarse = pool(fine);
   CHECK(coarse.width == 1);
   CHECK(coarse.alpha[0] == doctest::Approx(0.625));
   CHECK(coarse.radiance[0].x == doctest::Approx((1.0 + 0.25 * 5) / 1.25));
-  CHECK(coarse.normal[0].x == doctest::Approx(0.125));
+  CHECK(coarse.normal_sum[0].x == doctest::Approx(0.125));
 }
 
 TEST_CASE("odd sizes keep the mean") {

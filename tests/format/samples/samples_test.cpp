@@ -16,7 +16,7 @@ SamplesHeader small_header() {
   header.height = 2;
   header.views = {2, 2};
   header.lights = {1, 3};
-  header.pairs[1] = random_pairs(2, 0.15, 1);
+  header.pairs[1] = random_direction_pairs(2, 0.15, 1);
   header.provenance = R"({"stitch":"none"})";
   return header;
 }
@@ -66,10 +66,10 @@ TEST_CASE("samples come back from their file in the texel's order") {
   CHECK(samples.header.width == 3);
   CHECK(samples.header.lights == header.lights);
   CHECK(samples.header.pairs[1][1].light == header.pairs[1][1].light);
-  const SideSamples front = samples_of(samples, Side::front);
+  const SideSamples front = side_samples(samples, Side::front);
   const SampleLevel& level = front.level;
   for (std::size_t t = 0; t < 6; ++t) {
-    CHECK(level.normal[t] == V3f(0, 2, 4 * static_cast<float>(t)));
+    CHECK(level.normal_sum[t] == V3f(0, 2, 4 * static_cast<float>(t)));
     for (std::size_t v = 0; v < 4; ++v) {
       CHECK(level.alpha[t * 4 + v] == 0.25F * static_cast<float>(v + 1));
       for (std::size_t l = 0; l < 3; ++l) {
@@ -89,13 +89,13 @@ TEST_CASE("negative samples are refused with their place, in a file and before t
   Samples samples = small_samples(-1);
   test::need(write_samples(folder / "s.exr", samples));
   for (const Error& error :
-       {test::error_of(read_samples(folder / "s.exr")), test::error_of(round_as_stored(samples))}) {
+       {test::error_of(read_samples(folder / "s.exr")), test::error_of(round_to_half(samples))}) {
     CHECK(error.code == Code::samples_not_finite);
     CHECK(error.place == "radiance/pixel 8,1");
   }
   for (const float value : {std::nanf(""), 1e6F}) {
     Samples wild = small_samples(value);
-    CHECK(test::error_of(round_as_stored(wild)).code == Code::samples_not_finite);
+    CHECK(test::error_of(round_to_half(wild)).code == Code::samples_not_finite);
   }
 }
 

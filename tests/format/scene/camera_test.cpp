@@ -55,7 +55,7 @@ TEST_CASE("the view direction at a pixel points from the surface to the viewer")
   options.azimuth = 20;
   options.elevation = 30;
   options.zoom = 2;
-  options.focus = V2d(0.3, 0.6);
+  options.zoom_centre = V2d(0.3, 0.6);
   const Camera camera = test::need(make_camera(cloud(), 1.5, options));
   for (const V3d& p : cloud()) {
     const V3d q = to_image(camera, p);
@@ -69,7 +69,7 @@ TEST_CASE("an oblique parallel camera shows its image plane undistorted") {
   camera.projection = Projection::parallel;
   camera.position = V3d(1, 2, 3);
   camera.to_viewer = V3d(0.8, -0.3, 0.4).normalized();
-  camera.window_half = V2d(2, 5);
+  camera.window_half_size = V2d(2, 5);
   camera.near = -10;
   camera.far = 10;
   const V3d q = to_image(camera, V3d(1 + 1, 2 - 2.5, 3));
@@ -86,7 +86,7 @@ TEST_CASE("zoom enlarges around the focus") {
   CameraOptions options;
   const Camera wide = test::need(make_camera(cloud(), 1.5, options));
   options.zoom = 4;
-  options.focus = V2d(0.75, 0.25);
+  options.zoom_centre = V2d(0.75, 0.25);
   const Camera close = test::need(make_camera(cloud(), 1.5, options));
   for (const V3d& p : cloud()) {
     const V3d a = to_image(wide, p);
@@ -112,9 +112,9 @@ TEST_CASE("look-at puts its point into the middle at the given distance") {
 TEST_CASE("azimuth 90 looks from +x and elevation 90 from above") {
   CameraOptions options;
   options.azimuth = 90;
-  CHECK(make_camera(cloud(), 1, options)->back().x == doctest::Approx(1));
+  CHECK(make_camera(cloud(), 1, options)->image_normal().x == doctest::Approx(1));
   options.elevation = 90;
-  CHECK(make_camera(cloud(), 1, options)->back().y == doctest::Approx(1));
+  CHECK(make_camera(cloud(), 1, options)->image_normal().y == doctest::Approx(1));
 }
 
 TEST_CASE("a single point can be looked at") {
@@ -161,9 +161,9 @@ TEST_CASE("a camera of the file stands where its node is, whatever its scale") {
   scene.cameras = {camera_in_file()};
   const std::vector<V3d> points{V3d(-9, 0, 0), V3d(0, 0, 0)};
   for (const char* wanted : {"side", "0"}) {
-    const Camera camera = test::need(camera_of(scene, wanted, points, 2, {}));
+    const Camera camera = test::need(find_scene_camera(scene, wanted, points, 2, {}));
     CHECK((camera.position - V3d(1, 2, 3)).length() < 1e-12);
-    CHECK((camera.back() - V3d(1, 0, 0)).length() < 1e-12);
+    CHECK((camera.image_normal() - V3d(1, 0, 0)).length() < 1e-12);
     CHECK((camera.up - V3d(0, 1, 0)).length() < 1e-12);
     CHECK(camera.near == 0.5);
     CHECK(camera.far > 10);
@@ -179,23 +179,23 @@ TEST_CASE("what a camera of the file shows in its own frame is seen whole in ano
   SceneCamera narrow = camera_in_file();
   narrow.aspect = 3;
   SceneCamera flat = camera_in_file();
-  flat.perspective = false;
-  flat.magnification = V2d(4, 1);
+  flat.is_perspective = false;
+  flat.half_size = V2d(4, 1);
   flat.zfar = 20;
   scene.cameras = {narrow, flat};
   const std::vector<V3d> points{V3d(-9, 0, 0)};
-  CHECK(camera_of(scene, "0", points, 1.5, {})->window_half.y == doctest::Approx(2));
-  CHECK(camera_of(scene, "0", points, 4, {})->window_half.y == doctest::Approx(1));
-  const Result<Camera> parallel = camera_of(scene, "1", points, 2, {});
+  CHECK(find_scene_camera(scene, "0", points, 1.5, {})->window_half_size.y == doctest::Approx(2));
+  CHECK(find_scene_camera(scene, "0", points, 4, {})->window_half_size.y == doctest::Approx(1));
+  const Result<Camera> parallel = find_scene_camera(scene, "1", points, 2, {});
   CHECK(parallel->projection == Projection::parallel);
-  CHECK(parallel->window_half == V2d(4, 2));
+  CHECK(parallel->window_half_size == V2d(4, 2));
   CHECK(parallel->far == 20);
 }
 
 TEST_CASE("a camera that the scene does not have is refused with those that it has") {
   Scene scene;
   scene.cameras = {camera_in_file()};
-  const Error error = test::error_of(camera_of(scene, "top", std::vector<V3d>{V3d(0, 0, 0)}, 1, {}));
+  const Error error = test::error_of(find_scene_camera(scene, "top", std::vector<V3d>{V3d(0, 0, 0)}, 1, {}));
   CHECK(error.code == Code::option_out_of_range);
   CHECK(error.place == "--camera");
   CHECK(error.message.find("0 \"side\"") != std::string::npos);

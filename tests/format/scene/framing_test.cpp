@@ -53,14 +53,14 @@ TEST_CASE("the frame holds the cloth and what is beside it, and names strays") {
       test::add(scene, test::square(1), test::material(part.cloth ? 0 : -1), moved(part.at, part.size));
     const Framing framing = test::need(frame_scene(scene));
     CHECK(framing.points.size() == example.points);
-    CHECK(framing.strays.size() == example.strays);
-    CHECK(framing.left_out.empty() != example.left_out);
-    CHECK(framing.turned.empty());
+    CHECK(framing.stray_remarks.size() == example.strays);
+    CHECK(framing.excluded_corners.empty() != example.left_out);
+    CHECK(framing.turn_remark.empty());
     Camera camera = test::need(make_camera(framing.points, 1, {}));
     const Camera before = camera;
-    show_depths(framing.left_out, camera);
-    for (const V3d& point : framing.left_out)
-      CHECK((camera.position - point).dot(camera.back()) < camera.far);
+    widen_clipping_depths(framing.excluded_corners, camera);
+    for (const V3d& point : framing.excluded_corners)
+      CHECK((camera.position - point).dot(camera.image_normal()) < camera.far);
     if (!example.left_out) CHECK((camera.near == before.near && camera.far == before.far));
   }
 }
@@ -75,8 +75,8 @@ TEST_CASE("a vertex far away is left out of the frame of its own part") {
   test::add(scene, square, test::material(0));
   const Framing framing = test::need(frame_scene(scene));
   CHECK(framing.points.size() == 4);
-  REQUIRE(framing.strays.size() == 1);
-  CHECK(framing.strays[0].find("square/0") != std::string::npos);
+  REQUIRE(framing.stray_remarks.size() == 1);
+  CHECK(framing.stray_remarks[0].find("square/0") != std::string::npos);
 }
 
 TEST_CASE("cloth that the front shows edge-on is seen from its larger side, in front of its normals") {
@@ -85,10 +85,10 @@ TEST_CASE("cloth that the front shows edge-on is seen from its larger side, in f
     test::add(scene, test::square(1), test::material(0), world);
     return test::need(frame_scene(scene));
   };
-  CHECK(turned(upright).turned.empty());
+  CHECK(turned(upright).turn_remark.empty());
   const Framing floor = turned(lying());
   CHECK(floor.elevation == doctest::Approx(90));
-  CHECK(floor.turned.find("--elevation 90") != std::string::npos);
+  CHECK(floor.turn_remark.find("--elevation 90") != std::string::npos);
   CHECK(turned(lying() * M44d().setScale(V3d(1, -1, -1))).elevation == doctest::Approx(-90));
   // Turned about the y axis, so that +z becomes +x.
   const Framing wall = turned(M44d(0, 0, -1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 0, 1));
@@ -111,12 +111,12 @@ TEST_CASE("a garment is seen from its broad side, and from the front of VRM 0") 
                         {{lying(), lying() * M44d().setScale(V3d(1, -1, -1))}, 0, 0, 90},
                         {{upright, upright * back}, 180, 180, 0}}) {
     Scene scene;
-    scene.front = c.front;
+    scene.front_azimuth = c.front;
     for (const M44d& square : c.squares) test::add(scene, test::square(1), test::material(0), square);
     const Framing framing = test::need(frame_scene(scene));
     CHECK(framing.azimuth == doctest::Approx(c.azimuth));
     CHECK(framing.elevation == doctest::Approx(c.elevation));
-    CHECK(framing.turned.empty() == (c.azimuth == 0 && c.elevation == 0));
+    CHECK(framing.turn_remark.empty() == (c.azimuth == 0 && c.elevation == 0));
   }
 }
 

@@ -13,7 +13,7 @@ TEST_CASE("tangents: an upright picture has its tangent along growing u and w = 
   REQUIRE(tangents.tangents.size() == 4);
   // The bitangent cross(n, t) * w is +y: up in the picture, where v falls.
   for (const V4f& t : tangents.tangents) CHECK(t == V4f(1, 0, 0, 1));
-  CHECK(tangents.copy_of.empty());
+  CHECK(tangents.copy_sources.empty());
   CHECK(tangents.indices == indices);
 }
 
@@ -25,7 +25,7 @@ TEST_CASE("tangents: vertices on the seam of a mirrored chart are split") {
   const std::vector<V2d> uvs{V2d(0, 1), V2d(1, 1), V2d(1, 0), V2d(0, 0), V2d(0, 1), V2d(0, 0)};
   const std::vector<std::uint32_t> indices{0, 1, 2, 0, 2, 3, 1, 4, 5, 1, 5, 2};
   const Tangents tangents = compute_tangents(positions, normals, uvs, indices, Facing::winding);
-  CHECK(tangents.copy_of == std::vector<std::uint32_t>{1, 2});
+  CHECK(tangents.copy_sources == std::vector<std::uint32_t>{1, 2});
   for (std::size_t i = 0; i < 6; ++i) {
     CHECK(tangents.tangents[tangents.indices[i]] == V4f(1, 0, 0, 1));
     CHECK(tangents.tangents[tangents.indices[i + 6]] == V4f(-1, 0, 0, -1));
@@ -48,7 +48,7 @@ TEST_CASE("tangents: corners that only meet in a vertex have tangents of their o
   const std::vector<V2d> uvs{V2d(0, 0), V2d(1, 0), V2d(0, -1), V2d(0, 1), V2d(1, 0)};
   const std::vector<std::uint32_t> indices{0, 1, 2, 0, 3, 4};
   const Tangents tangents = compute_tangents(positions, normals, uvs, indices, Facing::winding);
-  CHECK(tangents.copy_of == std::vector<std::uint32_t>{0});
+  CHECK(tangents.copy_sources == std::vector<std::uint32_t>{0});
   CHECK((tangents.tangents[tangents.indices[0]] - V4f(1, 0, 0, 1)).length() < 1e-6F);
   CHECK((tangents.tangents[tangents.indices[3]] - V4f(0, -1, 0, 1)).length() < 1e-6F);
 }

@@ -45,8 +45,8 @@ TEST_CASE("cell images without room are coarser, alike for any number of threads
         setting.camera.azimuth = i;
         RenderStats stats;
         test::need(renderer->draw(test::camera_of(setting), setting.options, frame, stats));
-        CHECK(stats.image_bytes > 0);
-        CHECK(stats.image_bytes <= static_cast<std::int64_t>(memory));
+        CHECK(stats.peak_image_bytes > 0);
+        CHECK(stats.peak_image_bytes <= static_cast<std::int64_t>(memory));
         CHECK(stats.remarks.size() == (memory == example.memory ? 1 : 0));
       }
       return frame;
@@ -56,10 +56,10 @@ TEST_CASE("cell images without room are coarser, alike for any number of threads
     const double db = test::decibels(frame, drawn(example.cells.memory, 4), 1);
     MESSAGE(example.name, ": ", db, " dB");
     CHECK(db > example.db);
-    set_threads(1);
-    const bool rests = example.cells.remade == 1;
+    set_thread_limit(1);
+    const bool rests = example.cells.remade_fraction == 1;
     CHECK(drawn(example.memory, rests ? 1 : 4).pixels == frame.pixels);
-    set_threads(0);
+    set_thread_limit(0);
   }
 }
 

@@ -87,13 +87,14 @@ TEST_CASE("borders of patches are no more wrong than the yarn within them") {
   Patches patches(mesh, materials, reliefs);
   const V2i size(setting.options.width, setting.options.height);
   // Finer ones than the frame's.
-  patches.choose(camera, origin, size, {.pixels = 128, .repeats = 720, .turn = 0}, setting.options.lights);
+  patches.choose(camera, origin, size, {.pixels = 128, .repeats = 720, .turn_degrees = 0},
+                 setting.options.lights);
   const V2f first(mesh.attributes[mesh.triangles[0].corners[0]][0][3],
                   mesh.attributes[mesh.triangles[0].corners[0]][1][3]);
   const auto patch_at = [&](int x, int y) -> std::int64_t {
     const V2d place = camera.window_centre +
-                      camera.window_half * V2d((2.0 * x + 1) / size.x - 1, 1 - (2.0 * y + 1) / size.y);
-    const V3d d = (camera.right * place.x + camera.up * place.y - camera.back()).normalized();
+                      camera.window_half_size * V2d((2.0 * x + 1) / size.x - 1, 1 - (2.0 * y + 1) / size.y);
+    const V3d d = (camera.right * place.x + camera.up * place.y - camera.image_normal()).normalized();
     const double b = d.dot(camera.position);
     const double h = b * b - camera.position.length2() + 1;
     // Not near the outline, where a pixel's rays meet many repeats.

@@ -15,7 +15,7 @@ Variation woven(float period) {
   YarnData data = test::waves(period, 4, false);
   for (std::size_t c = 0; c < 4; ++c) {
     data.curves[c].strands.seed = 77;
-    data.curves[c].strands.change = c % 2 == 0 ? 0.2F : 0.3F;
+    data.curves[c].strands.row_variation = c % 2 == 0 ? 0.2F : 0.3F;
   }
   return Yarns(std::move(data), {period, period}).variation();
 }
@@ -29,23 +29,23 @@ TEST_CASE("yarn tells rows, lengths and fractions; without change there is no va
   };
   for (const auto& [period, lengths, log2_repeats] : {Case{1, 1, 3}, {8, 1, 0}, {40, 5, 0}, {1e-3F, 1, 12}}) {
     const Variation variation = woven(period);
-    for (const YarnRuns& runs : variation.runs) {
+    for (const RowNoise& runs : variation.row_brightness) {
       CHECK(runs.rows == 2);
       CHECK(runs.lengths == lengths);
       CHECK(runs.log2_repeats == log2_repeats);
       // The first yarn lies in the middle of half the cell: rows are counted from there.
       CHECK(runs.offset == doctest::Approx(0.5));
     }
-    for (const YarnRuns& rows : variation.places) CHECK(rows.change == doctest::Approx(0.1 / 2));
-    CHECK(variation.runs[0].change == doctest::Approx(0.2));
-    CHECK(variation.runs[1].change == doctest::Approx(0.3));
-    CHECK(variation.fraction > 0.3F);
-    CHECK(variation.fraction < 0.7F);
+    for (const RowNoise& rows : variation.row_offsets) CHECK(rows.amplitude == doctest::Approx(0.1 / 2));
+    CHECK(variation.row_brightness[0].amplitude == doctest::Approx(0.2));
+    CHECK(variation.row_brightness[1].amplitude == doctest::Approx(0.3));
+    CHECK(variation.along_v_fraction > 0.3F);
+    CHECK(variation.along_v_fraction < 0.7F);
   }
   const Variation smooth = Yarns(test::waves(3, 4, false), {3, 3}).variation();
   CHECK_FALSE(smooth.varies());
   CHECK(variation_at(smooth, repeat_place({0.5, 0.5}), 1) == 1);
-  CHECK(place_of(smooth, V2d(-7.25, 0.5)) == V2d(-7.25, 0.5));
+  CHECK(displaced_place(smooth, V2d(-7.25, 0.5)) == V2d(-7.25, 0.5));
 }
 
 TEST_CASE("changes have the mean 1 and the rows' root mean square anywhere, and no jumps along a row") {
@@ -69,10 +69,10 @@ TEST_CASE("changes have the mean 1 and the rows' root mean square anywhere, and 
         // Two rows of different areas.
         beside += at(uv.x, uv.y) * at(uv.x, uv.y + 16);
         CHECK(std::abs(at(uv.x, uv.y) - at(uv.x + 1e-3, uv.y)) < 1e-3);
-        ways += std::pow(place_of(variation, uv).y - uv.y, 2);
+        ways += std::pow(displaced_place(variation, uv).y - uv.y, 2);
         // Rows do not pass each other.
         const V2d next(uv.x, uv.y + 0.3 * v / 150);
-        CHECK(place_of(variation, next).y >= place_of(variation, uv).y);
+        CHECK(displaced_place(variation, next).y >= displaced_place(variation, uv).y);
         ++count;
       }
     }
@@ -100,30 +100,31 @@ TEST_CASE("lanes vary as single places do, and large pixels see the mean") {
             repeat_place({range * (2 * random.uniform() - 1), range * (2 * random.uniform() - 1)});
         pixels.repeat_u[lane] = place.repeat.x;
         pixels.repeat_v[lane] = place.repeat.y;
-        pixels.u[lane] = place.within.x;
-        pixels.v[lane] = place.within.y;
+        pixels.u[lane] = place.fraction.x;
+        pixels.v[lane] = place.fraction.y;
         pixels.along_v[lane] = static_cast<float>(lane % 3) / 2;
-        const VariationFade fade = fade_of(variation, V2f(0.1F, 0.3F) * static_cast<float>(lane));
+        const VariationFade fade = variation_fade(variation, V2f(0.1F, 0.3F) * static_cast<float>(lane));
         for (std::size_t k = 0; k < 4; ++k) pixels.fade[k][lane] = fade[k];
         fraction[lane] = offset_weight(fade);
-        moved[lane] = place_of(variation, place, fraction[lane]);
+        moved[lane] = displaced_place(variation, place, fraction[lane]);
         single[lane] = variation_at(variation, moved[lane], pixels.along_v[lane], fade);
       }
-      place(variation, fraction, pixels);
+      place_pixels(variation, fraction, pixels);
       for (std::size_t lane = 0; lane < lane_count; ++lane) {
         const V2d apart = V2d(V2i(pixels.repeat_u[lane], pixels.repeat_v[lane]) - moved[lane].repeat) +
-                          V2d(V2f(pixels.u[lane], pixels.v[lane]) - moved[lane].within);
+                          V2d(V2f(pixels.u[lane], pixels.v[lane]) - moved[lane].fraction);
         CHECK(apart.length() < 1e-6);
       }
       LaneFloats factors;
-      vary(variation, pixels, factors);
+      find_variation_factors(variation, pixels, factors);
       for (std::size_t lane = 0; lane < lane_count; ++lane)
         CHECK(std::abs(factors[lane] - single[lane]) < 1e-5F);
     }
   }
   const Variation variation = woven(3);
-  CHECK(std::abs(variation_at(variation, repeat_place({7.3, 9.1}), 0.5F, fade_of(variation, {100, 100})) -
-                 1) < 0.01F);
+  CHECK(std::abs(
+            variation_at(variation, repeat_place({7.3, 9.1}), 0.5F, variation_fade(variation, {100, 100})) -
+            1) < 0.01F);
 }
 
 }  // namespace selvedge

@@ -35,7 +35,7 @@ TEST_CASE("the garment's frame is orthonormal and faces the viewer whatever was 
     CHECK(std::abs(frame.normal.dot(frame.tangent)) < 1e-4F);
     CHECK((frame.normal.cross(frame.tangent) * (side * handedness) - frame.up).length() < 1e-5F);
     CHECK(frame.normal.dot(view) > 0);
-    CHECK((frame.in_world(frame.into(view)) - view).length() < 1e-4F);
+    CHECK((frame.to_world(frame.to_frame(view)) - view).length() < 1e-4F);
     if (kind >= 3 && kind <= 6) continue;
     const test::PlainFrame plain = test::plain_frame(
         V3d(normal), V3d(tangent), static_cast<double>(handedness), static_cast<double>(side), V3d(view));
@@ -65,7 +65,7 @@ TEST_CASE("place, texture coordinates and their change agree with a ray through 
     double place = 0;
     double coordinates = 0;
     double change = 0;
-    frame.each_pixel(3, [&](SeenSurface seen, int x, int y) {
+    frame.each_pixel(3, [&](TriangleSide seen, int x, int y) {
       ++pixels;
       const GarmentPoint point = garment_point(frame.scene(), seen, x, y);
       const auto uv = [&](double right, double up) {
@@ -79,7 +79,7 @@ TEST_CASE("place, texture coordinates and their change agree with a ray through 
       constexpr double h = 1e-3;
       const V2d right = (uv(h, 0) - uv(-h, 0)) / (2 * h);
       const V2d up = (uv(0, h) - uv(0, -h)) / (2 * h);
-      change = std::max(change, ((right - V2d(point.uv_right)).length() + (up - V2d(point.uv_up)).length()) /
+      change = std::max(change, ((right - V2d(point.duv_dx)).length() + (up - V2d(point.duv_dy)).length()) /
                                     (right.length() + up.length()));
       const V3d to_point = (camera.position - V3d(point.position)).normalized();
       place = std::max(place, (to_point - V3d(point.to_viewer)).length());
@@ -98,7 +98,7 @@ TEST_CASE("texture coordinates that overflow are 0") {
     const std::vector<V3d> points{V3d(-1, -1, 0), V3d(1, 1, 0)};
     const test::FrameOf frame(scene, {test::random_fabric(8, 8, 1)}, test::need(make_camera(points, 1, {})),
                               {32, 32});
-    frame.each_pixel(1, [&](SeenSurface seen, int x, int y) {
+    frame.each_pixel(1, [&](TriangleSide seen, int x, int y) {
       const V2f uv = garment_point(frame.scene(), seen, x, y).uv;
       CHECK((uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1));
     });

@@ -19,19 +19,19 @@ TEST_CASE("in the paper's bits directions have 255 steps, and levels 25.5 in one
   const std::vector<Fabric> fabrics{test::random_fabric(12, 10, 6)};
   const test::FrameOf frame(scene, fabrics, test::camera_for(scene, test::small({})), {120, 100});
   int blended = 0;
-  frame.each_pixel(3, [&](SeenSurface seen, int x, int y) {
+  frame.each_pixel(3, [&](TriangleSide seen, int x, int y) {
     const GarmentPoint point = garment_point(frame.scene(), seen, x, y);
-    const V3f rounded = rounded_to_paper(point.normal);
+    const V3f rounded = round_to_paper_bits(point.normal);
     for (int axis = 0; axis < 3; ++axis) {
       CHECK(std::abs(rounded[axis] - point.normal[axis]) < 1.001F / 255);
       CHECK(is_whole((rounded[axis] + 1) * 127.5F));
     }
     const PaperTexels texels = paper_texels(fabrics[0], point, -1);
-    if (texels.coarser > 0 && texels.coarser < 1) {
+    if (texels.coarser_weight > 0 && texels.coarser_weight < 1) {
       ++blended;
-      CHECK(is_whole((static_cast<float>(texels.finer) + texels.coarser) * 25.5F));
+      CHECK(is_whole((static_cast<float>(texels.finer_level) + texels.coarser_weight) * 25.5F));
     }
-    const FabricLevel& level = fabrics[0].levels[texels.finer];
+    const FabricLevel& level = fabrics[0].levels[texels.finer_level];
     CHECK(is_whole(texels.uv.x * static_cast<float>(level.width) - 0.5F));
     CHECK(std::abs(texels.uv.x - point.uv.x) < 0.5001F / static_cast<float>(level.width));
   });

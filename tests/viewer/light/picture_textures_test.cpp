@@ -49,7 +49,7 @@ int halvings_of(const Scene& scene, const Camera& camera, int height) {
   const auto surfaces = test::need(build_surfaces(scene, origin));
   std::vector<std::string> remarks;
   const Materials materials = test::need(materials_of(scene, surfaces, 0, remarks));
-  return halvings_shown(merge(surfaces), materials, origin, camera, height).at(0);
+  return shown_halvings(merge(surfaces), materials, origin, camera, height).at(0);
 }
 
 TEST_CASE("a picture is halved until its texels are about as large as the frame's pixels") {

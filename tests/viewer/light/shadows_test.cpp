@@ -61,17 +61,17 @@ class Rays {
     }
   }
   /// Moeller and Trumbore 1997. The nearest hit, or any where that is enough.
-  std::optional<Hit> cast(const V3d& from, const V3d& along, bool any) const {
+  std::optional<Hit> cast(const V3d& from, const V3d& homogeneous_coordinate, bool any) const {
     Hit best;
     for (const Triangle& t : triangles_) {
-      const V3d p = along.cross(t.second);
+      const V3d p = homogeneous_coordinate.cross(t.second);
       const double determinant = t.first.dot(p);
       if (std::abs(determinant) < 1e-14) continue;
       const V3d s = from - t.origin;
       const double u = s.dot(p) / determinant;
       if (u < 0 || u > 1) continue;
       const V3d q = s.cross(t.first);
-      const double v = along.dot(q) / determinant;
+      const double v = homogeneous_coordinate.dot(q) / determinant;
       const double distance = t.second.dot(q) / determinant;
       if (v < 0 || u + v > 1 || distance <= 0 || distance >= best.distance) continue;
       best = {distance, t.first.cross(t.second).normalized()};
@@ -87,7 +87,7 @@ class Rays {
   std::vector<Triangle> triangles_;
 };
 
-double along(const V4f& row, const V3d& p) {
+double homogeneous_coordinate(const V4f& row, const V3d& p) {
   return V3d(V3f(row.x, row.y, row.z)).dot(p) + static_cast<double>(row.w);
 }
 
@@ -102,10 +102,10 @@ test::Setting ball_over_folds() {
   setting.fabrics = {test::lambert_fabric(4, V3f(1)), test::lambert_fabric(4, V3f(1))};
   setting.options.width = 120;
   setting.options.height = 90;
-  setting.options.levels.forced = 0;
+  setting.options.levels.forced_level = 0;
   setting.camera.elevation = 35;
   setting.camera.azimuth = 20;
-  setting.options.shadows = 1024;
+  setting.options.shadow_map_size = 1024;
   return setting;
 }
 
@@ -115,8 +115,8 @@ Light spot_at(const V3d& place, double half_angle) {
   spot.position = place;
   spot.direction = place.normalized();
   spot.irradiance = V3f(8);
-  spot.cos_outer = std::cos(half_angle);
-  spot.cos_inner = std::cos(0.8 * half_angle);
+  spot.outer_cosine = std::cos(half_angle);
+  spot.inner_cosine = std::cos(0.8 * half_angle);
   return spot;
 }
 
@@ -146,7 +146,7 @@ std::optional<int> reaches(const Rays& rays, const V3d& p, const V3d& normal, co
 /// The fraction of pixels off the shadows' edges where the picture and a ray cast agree.
 double agreement(const test::Setting& setting, RenderPath path, int& compared) {
   test::Setting open = setting;
-  open.options.shadows = 0;
+  open.options.shadow_map_size = 0;
   const Frame with = test::drawn(setting, path);
   const Frame without = test::drawn(open, path);
   const Camera camera = test::camera_of(setting);
@@ -154,8 +154,8 @@ double agreement(const test::Setting& setting, RenderPath path, int& compared) {
   const Rays rays(setting.scene);
   const bool far = light.kind == LightKind::directional;
   // About 2 m in the map.
-  const double texel = (far ? 2.6 : 2 * std::tan(std::acos(light.cos_outer)) * light.position.length()) /
-                       setting.options.shadows;
+  const double texel = (far ? 2.6 : 2 * std::tan(std::acos(light.outer_cosine)) * light.position.length()) /
+                       setting.options.shadow_map_size;
   int dark = 0;
   int agreed = 0;
   compared = 0;
@@ -203,7 +203,7 @@ TEST_CASE("a map holds the whole scene, seen along the light") {
   for (const ShadowView& view : views) {
     for (const V3f& p : points) {
       std::array<double, 4> at{};
-      for (std::size_t k = 0; k < 4; ++k) at[k] = along(view.rows[k], V3d(p));
+      for (std::size_t k = 0; k < 4; ++k) at[k] = homogeneous_coordinate(view.rows[k], V3d(p));
       CHECK(at[0] / at[3] > 3.5);
       CHECK(at[0] / at[3] < 252.5);
       CHECK(at[1] / at[3] > 3.5);
@@ -216,12 +216,13 @@ TEST_CASE("a map holds the whole scene, seen along the light") {
       const V3d nearer = V3d(p) + towards.normalized() * 0.1;
       const V3d aside = V3d(p) + light.direction.cross(V3d(1, 0, 0)).normalized() * 0.1;
       const auto place = [&](const V3d& x, std::size_t k) {
-        return along(view.rows[k], x) / along(view.rows[3], x);
+        return homogeneous_coordinate(view.rows[k], x) / homogeneous_coordinate(view.rows[3], x);
       };
       CHECK(place(nearer, 0) == doctest::Approx(at[0] / at[3]).epsilon(1e-4));
       CHECK(place(nearer, 2) < at[2] / at[3]);
       const double moved = std::hypot(place(aside, 0) - at[0] / at[3], place(aside, 1) - at[1] / at[3]);
-      CHECK(moved == doctest::Approx(0.1 / (static_cast<double>(view.texel) * at[3])).epsilon(1e-3));
+      CHECK(moved ==
+            doctest::Approx(0.1 / (static_cast<double>(view.texel_cell_size) * at[3])).epsilon(1e-3));
     }
   }
 }
@@ -233,9 +234,9 @@ TEST_CASE("a flat cloth does not shadow itself at any angle of the light") {
   for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {
     for (const double z : {1.0, 0.5, 0.1, 0.02}) {
       setting.options.lights = {{V3d(0.6, 0.3, z).normalized(), V3f(1)}, spot_at(V3d(2, 1, 5 * z), 0.6)};
-      setting.options.shadows = 128;
+      setting.options.shadow_map_size = 128;
       const Frame with = test::drawn(setting, path);
-      setting.options.shadows = 0;
+      setting.options.shadow_map_size = 0;
       const Frame without = test::drawn(setting, path);
       CAPTURE(z);
       for (std::size_t i = 0; i < with.pixels.size(); ++i)
@@ -258,7 +259,7 @@ TEST_CASE("hybrid and rays agree on shadows, on fabrics and on core materials") 
   test::Setting setting = ball_over_folds();
   setting.options.width = 300;
   setting.options.height = 200;
-  setting.options.levels.forced = -1;
+  setting.options.levels.forced_level = -1;
   SceneMaterial plain = test::material(-1, V4f(0.8F, 0.7F, 0.5F, 1));
   plain.metallic = 0;
   plain.roughness = 0.6F;
@@ -291,10 +292,10 @@ TEST_CASE(
     RenderStats stats;
     const Camera camera = test::camera_of(setting);
     const auto frame = test::need(render(setting.scene, setting.fabrics, camera, setting.options, &stats));
-    const std::size_t remarks = setting.options.shadows > 0 ? 1 : 0;
+    const std::size_t remarks = setting.options.shadow_map_size > 0 ? 1 : 0;
     CHECK(stats.remarks.size() == remarks);
     // The scene spans x = -1 ... 4: its middle is at 1.5.
-    const double s = (0 - 1.5) / camera.window_half.x;
+    const double s = (0 - 1.5) / camera.window_half_size.x;
     const auto x = static_cast<std::size_t>((s + 1) / 2 * frame.width);
     return frame.pixels[static_cast<std::size_t>(frame.height / 2 * frame.width) + x].x;
   };
@@ -302,7 +303,7 @@ TEST_CASE(
   CHECK(static_cast<double>(lit) == doctest::Approx(slanted.z / std::numbers::pi).epsilon(1e-3));
   setting.scene.materials[1] = test::material(1);
   CHECK(middle_of_square() == 0);
-  setting.options.shadows = 0;
+  setting.options.shadow_map_size = 0;
   CHECK(middle_of_square() == lit);
 }
 

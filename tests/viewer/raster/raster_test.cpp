@@ -70,7 +70,7 @@ TEST_CASE(
       for (const DeepHit& hit : hits) {
         const int y = static_cast<int>(hit.pixel) / width - strip * Raster::strip_rows;
         const std::size_t at = y * drawn.stride + hit.pixel % width;
-        CHECK(pixels[hit.number] == hit.pixel);
+        CHECK(pixels[hit.deep_pixel] == hit.pixel);
         CHECK(static_cast<std::int32_t>(hit.surface) == drawn.surface[at]);
         CHECK(hit.depth == doctest::Approx(drawn.depth[at]).epsilon(1e-5));
       }

@@ -23,14 +23,14 @@ TEST_CASE("a fitted fabric has larger stitches, and a quarter turn is one of mil
     transform.offset = V2d(0.2, -0.4);
     transform.rotation = quarters * std::numbers::pi / 2;
     transform.scale = V2d(40, 30);
-    scene.materials[0].kept.tint = V3f(1, 0.5F, 1);
+    scene.materials[0].garment_textures.tint = V3f(1, 0.5F, 1);
     const Scene before = scene;
     FabricFit fit;
-    fit.size = 2.5;
+    fit.stitch_scale = 2.5;
     fit.quarter_turns = 3;
     fit.tint = V3f(0.5F, 0.5F, 2);
     fit_fabrics(std::vector<FabricFit>{fit, {}}, std::vector<Fabric>{fabric}, scene);
-    CHECK(scene.materials[0].kept.tint == V3f(0.5F, 0.25F, 2));
+    CHECK(scene.materials[0].garment_textures.tint == V3f(0.5F, 0.25F, 2));
     CHECK_FALSE(scene.materials[1].fabric.has_value());
     for (const V2d& uv : {V2d(0, 0), V2d(1, 0), V2d(0.3, 0.9)}) {
       const V2d was = place_on_cloth(before, fabric, uv);

@@ -38,28 +38,28 @@ TEST_CASE("a core material's textures know their coordinates, colours are linear
   CHECK(remarks.empty());
   REQUIRE(materials.pbr.size() == 1);
   const PbrMaterial& pbr = materials.pbr[0];
-  CHECK(pbr.base_color.mapping == 0);
-  CHECK(pbr.metallic_roughness.mapping == 0);
-  CHECK(pbr.normal.mapping == 1);
-  CHECK(pbr.occlusion.mapping == 2);
-  CHECK(pbr.occlusion.wrap_u == Wrap::clamp);
+  CHECK(pbr.base_color_texture.mapping == 0);
+  CHECK(pbr.metallic_roughness_texture.mapping == 0);
+  CHECK(pbr.normal_texture.mapping == 1);
+  CHECK(pbr.occlusion_texture.mapping == 2);
+  CHECK(pbr.occlusion_texture.wrap_u == Wrap::clamp);
   CHECK(pbr.emissive_texture.mapping == 0);
   CHECK(pbr.normal_scale == 0.5F);
   CHECK(pbr.emissive == V3f(1, 2, 3));
   CHECK(pbr.unlit);
   // One file, two pictures: sRGB for colours, as stored for data.
   CHECK(materials.pictures.size() == 2);
-  CHECK(pbr.base_color.image == pbr.emissive_texture.image);
-  CHECK(pbr.normal.image == pbr.occlusion.image);
-  CHECK(materials.pictures[pbr.normal.image].transfer == Transfer::keep);
-  CHECK(materials.pictures[pbr.base_color.image].transfer == Transfer::srgb);
+  CHECK(pbr.base_color_texture.image == pbr.emissive_texture.image);
+  CHECK(pbr.normal_texture.image == pbr.occlusion_texture.image);
+  CHECK(materials.pictures[pbr.normal_texture.image].transfer == Transfer::keep);
+  CHECK(materials.pictures[pbr.base_color_texture.image].transfer == Transfer::srgb);
   CHECK(materials.pictures[0].bytes == materials.pictures[1].bytes);
   CHECK(materials.pictures[0].size == V2i(1, 1));
   const Surface& surface = surfaces.front();
-  REQUIRE(surface.more_uvs.size() == 2);
+  REQUIRE(surface.extra_uvs.size() == 2);
   CHECK(surface.vertices[2].uv == V2f(2, 2));
-  CHECK(surface.more_uvs[0][2] == V2f(6, 6));
-  CHECK(surface.more_uvs[1][0] == V2f(0.5F, 0.25F));
+  CHECK(surface.extra_uvs[0][2] == V2f(6, 6));
+  CHECK(surface.extra_uvs[1][0] == V2f(0.5F, 0.25F));
   CHECK(surface.vertices[0].tangent == V4f(1, 0, 0, 1));  // made for the normal texture
 }
 
@@ -76,9 +76,9 @@ TEST_CASE("beside a fabric only occlusion and emission count") {
   std::vector<std::string> remarks;
   const auto materials = test::need(materials_of(scene, surfaces, 1, remarks));
   const PbrMaterial& pbr = materials.pbr[0];
-  CHECK(pbr.base_color.image == -1);
-  CHECK(pbr.normal.image == -1);
-  CHECK(pbr.occlusion.image == 0);
+  CHECK(pbr.base_color_texture.image == -1);
+  CHECK(pbr.normal_texture.image == -1);
+  CHECK(pbr.occlusion_texture.image == 0);
   CHECK(pbr.emissive == V3f(1, 1, 1));
 }
 

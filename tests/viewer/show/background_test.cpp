@@ -71,15 +71,15 @@ class Listener {
       if (now.picture) picture = now.picture;
       if (now.garment) {
         if (now.garment->camera) state.camera = *now.garment->camera;
-        state.worn = now.garment->worn;
+        state.worn_fabrics = now.garment->worn_fabrics;
       }
       if (now.state) state = *now.state;
-      if (now.worn) state.worn = *now.worn;
+      if (now.worn_fabrics) state.worn_fabrics = *now.worn_fabrics;
       for (const OfferedFabric& offer : now.offers) offers.push_back(offer);
       if (now.garment) garment = now.garment->path;
       for (const std::string& line : now.messages) message = line;
       generation = now.generation;
-      finished = now.finished;
+      finished = now.is_finished;
       probe = now.probe;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
       REQUIRE(std::chrono::steady_clock::now() < end);
@@ -100,7 +100,7 @@ class Listener {
   std::string message;
   int generation = 0;
   bool finished = false;
-  BackgroundPicture background;
+  PictureThread background;
 };
 
 /// The picture at rest, made without a thread.
@@ -125,15 +125,15 @@ TEST_CASE("a picture made in the background ends as the one at rest, whatever wa
   CHECK(window.picture->width == size.x);
   CHECK(window.picture->divisor == 1);
   // A further probe draws nothing.
-  const std::int64_t frames = window.picture->frames;
+  const std::int64_t frames = window.picture->frame_count;
   window.send_request(Change::none, V2d(0.5, 0.5));
   window.listen_to_the_end();
   REQUIRE(window.probe);
   CHECK(window.probe->pixel == V2i(50, 40));
-  CHECK(window.picture->frames == frames);
+  CHECK(window.picture->frame_count == frames);
   window.send_request(Change::display);
   window.listen_to_the_end();
-  CHECK(window.picture->frames == frames);
+  CHECK(window.picture->frame_count == frames);
 }
 
 TEST_CASE("an interrupted picture is drawn again in full") {
@@ -158,16 +158,16 @@ TEST_CASE("what cannot be drawn is told, and the window goes back to what could 
   window.listen_to_the_end();
   const ShowState good = window.state;
   // More texels of a shadow map than are allowed.
-  window.state.shadows = 1 << 30;
+  window.state.shadow_map_size = 1 << 30;
   window.send_request(Change::frame);
   window.listen([&] { return window.generation == 1 && window.finished; });
   CHECK(window.message.find("OPTION_OUT_OF_RANGE") != std::string::npos);
-  CHECK(window.state.shadows == good.shadows);
+  CHECK(window.state.shadow_map_size == good.shadow_map_size);
   const std::vector<std::uint8_t> expected = bytes_at_rest(good);
   window.listen([&] { return window.picture->bytes == expected; });
   // A request that was made before the window knew is dropped.
   ShowState late = good;
-  late.worn.fabrics.clear();
+  late.worn_fabrics.fabrics.clear();
   window.background.request({late, Change::scene, size, {}, 0});
   window.send_request(Change::none);
   window.listen([&] { return window.finished && window.picture->bytes == expected; });
@@ -191,8 +191,8 @@ TEST_CASE("files that are added are another garment, an environment or an error"
   window.send_request(Change::frame);
   window.listen_to_the_end();
   CHECK(window.message.empty());
-  CHECK(window.picture->size == doctest::Approx(std::sqrt(8.0)));
-  CHECK(window.state.worn.fabrics == std::vector<int>(window.picture->materials.size(), -1));
+  CHECK(window.picture->scene_diagonal == doctest::Approx(std::sqrt(8.0)));
+  CHECK(window.state.worn_fabrics.fabrics == std::vector<int>(window.picture->materials.size(), -1));
 }
 
 TEST_CASE("the fabrics of a folder are offered with pictures, worn when chosen, and saved as they are worn") {
@@ -213,14 +213,14 @@ TEST_CASE("the fabrics of a folder are offered with pictures, worn when chosen, 
   }
   window.listen([&] { return window.message.find("c.exr") != std::string::npos; });
   const std::vector<std::uint8_t> before = window.picture->bytes;
-  CHECK(switch_beside(window.state) == Change::scene);
+  CHECK(toggle_comparison(window.state) == Change::scene);
   window.send_request(Change::scene);
   window.listen_to_the_end();
   for (int i = 1; i <= 2; ++i) {  // the second time it is there
     window.background.wear(folder / "b.exr");
     window.listen([&] { return window.generation == i && window.finished; });
-    CHECK(window.state.worn.fabrics == std::vector<int>{1});
-    CHECK(window.state.beside.has_value());
+    CHECK(window.state.worn_fabrics.fabrics == std::vector<int>{1});
+    CHECK(window.state.compared_fabrics.has_value());
     CHECK(window.picture->fabric_names.size() == 2);
     CHECK(window.picture->bytes != before);
   }

@@ -13,7 +13,7 @@ constexpr int shelf_step = 8;
 TileNumber Atlas::find(std::uint64_t image, std::uint64_t mark) {
   const auto found = of_image_.find(image);
   if (found == of_image_.end()) return 0;
-  tiles_[found->second].used = std::max(tiles_[found->second].used, mark);
+  tiles_[found->second].last_used = std::max(tiles_[found->second].last_used, mark);
   return found->second;
 }
 
@@ -21,7 +21,7 @@ TileNumber Atlas::add(std::uint64_t image, const V2i& size, std::uint64_t mark) 
   if (size.x > width || size.y > rows_) return 0;
   const TileNumber tile = place(image, size);
   if (tile == 0) return 0;
-  tiles_[tile].used = mark;
+  tiles_[tile].last_used = mark;
   texels_ += static_cast<double>(size.x) * size.y;
   return tile;
 }
@@ -85,7 +85,7 @@ bool Atlas::evict(std::uint64_t mark) {
   bool any = false;
   for (Shelf& shelf : shelves_) {
     for (Span& span : shelf.spans) {
-      if (span.tile == 0 || tiles_[span.tile].used >= mark) continue;
+      if (span.tile == 0 || tiles_[span.tile].last_used >= mark) continue;
       texels_ -= static_cast<double>(tiles_[span.tile].size.x) * tiles_[span.tile].size.y;
       of_image_.erase(tiles_[span.tile].image);
       tiles_[span.tile] = {};

@@ -17,7 +17,7 @@ struct Tile {
   std::uint64_t image = 0;  ///< CellLook::image; 0: free
   V2i place{0, 0};          ///< texels
   V2i size{0, 0};
-  std::uint64_t used = 0;  ///< mark
+  std::uint64_t last_used = 0;  ///< mark
 };
 
 class Atlas {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "format/fabric/evaluate.h"
+#include "format/fabric/level_values.h"
 #include "viewer/web/cells/page.h"
 
 using namespace selvedge;
@@ -24,7 +25,7 @@ struct SideInput {
   float radiance_scale;
 };
 
-/// Variation::runs and Variation::places, along u and v each.
+/// Variation::row_brightness and Variation::row_offsets, along u and v each.
 struct VariationNumbers {
   std::array<std::uint32_t, 6> keys;                ///< of the lattices
   std::array<std::array<std::int32_t, 3>, 4> runs;  ///< rows, lengths, 2^log2_repeats
@@ -66,7 +67,7 @@ EXPORT(add_side) void add_side(std::uint32_t number) {
   if (shape.side == Side::front) {
     loaded.shape = shape;
   } else {
-    side = &loaded.others.emplace_back(shape, loaded.fabric).second;
+    side = &loaded.pending_sides.emplace_back(shape, loaded.fabric).second;
     for (FabricLevel& level : side->levels) {
       FabricLevel fresh;
       fresh.width = level.width;
@@ -87,8 +88,9 @@ EXPORT(add_layer)
 void add_layer(std::uint32_t number, std::uint32_t kind, std::uint32_t k, std::uint32_t channels,
                std::uint32_t pairs) {
   LoadedFabric& loaded = *page.fabrics[number];
-  const LayerShape& shape = loaded.others.empty() ? loaded.shape : loaded.others.back().first;
-  FabricLevel& level = (loaded.others.empty() ? loaded.fabric : loaded.others.back().second).levels[k];
+  const LayerShape& shape = loaded.pending_sides.empty() ? loaded.shape : loaded.pending_sides.back().first;
+  FabricLevel& level =
+      (loaded.pending_sides.empty() ? loaded.fabric : loaded.pending_sides.back().second).levels[k];
   const auto* whole = input_as<std::int32_t>();
   for (std::uint32_t i = 0; i < pairs; ++i) level.pairs.emplace_back(whole[2 * i], whole[2 * i + 1]);
   const auto texels = static_cast<std::size_t>(level.texels());
@@ -97,7 +99,7 @@ void add_layer(std::uint32_t number, std::uint32_t kind, std::uint32_t k, std::u
   for (std::uint32_t i = 0; i < channels; ++i, from += texels) planes.emplace_back(from, from + texels);
   std::vector<const std::vector<float>*> pointers;
   for (const std::vector<float>& plane : planes) pointers.push_back(&plane);
-  set_pixels(level, static_cast<LayerKind>(kind), shape, pointers);
+  set_layer_pixels(level, static_cast<LayerKind>(kind), shape, pointers);
 }
 
 /// Ends a fabric; `shown` of other sides: input, [side][level], the level whose texels a level shows. Returns
@@ -112,18 +114,18 @@ EXPORT(end_fabric) std::uint32_t end_fabric(std::uint32_t number) {
   share_bases(fabric);
   IssueSink sink("");
   if (loaded.shape.yarns.curves > 0)
-    restore_yarns(fabric.levels.front(), loaded.shape, fabric.period_mm, default_memory, sink);
+    restore_yarns(fabric.levels.front(), loaded.shape, fabric.period_mm, default_memory_limit, sink);
   if (sink.has_error()) return 0;
   const auto* shown = input_as<std::int32_t>();
-  for (auto& [shape, side] : loaded.others) {
+  for (auto& [shape, side] : loaded.pending_sides) {
     share_bases(side);
     restore_light_through(fabric.levels.front(), side.levels.front());
     const int levels = static_cast<int>(side.levels.size());
     for (int k = 0; k < levels; ++k, ++shown)
-      if (*shown > k) side.levels[k].take_texels(side.levels[*shown], *shown - k);
+      if (*shown > k) side.levels[k].copy_texels(side.levels[*shown], *shown - k);
     fabric.add_side(std::move(side));
   }
-  loaded.others.clear();
+  loaded.pending_sides.clear();
   loaded.sides.emplace(fabric);
   return has_holes(fabric, static_cast<int>(fabric.levels.size()) - 1) ? 2 : 1;
 }
@@ -136,12 +138,12 @@ EXPORT(variation_of) const VariationNumbers* variation_of(std::uint32_t number) 
   const auto& behind = sides.seen_from(true).levels.front().yarns();
   for (std::uint32_t i = 0; i < result.keys.size(); ++i) result.keys[i] = variation_key(variation.seed, i);
   for (std::size_t i = 0; i < result.runs.size(); ++i) {
-    const YarnRuns& runs = (i < 2 ? variation.runs : variation.places)[i % 2];
+    const RowNoise& runs = (i < 2 ? variation.row_brightness : variation.row_offsets)[i % 2];
     result.runs[i] = {runs.rows, runs.lengths, 1 << runs.log2_repeats};
-    result.changes[i] = {runs.offset, runs.change,
+    result.changes[i] = {runs.offset, runs.amplitude,
                          std::ldexp(static_cast<float>(runs.lengths), -runs.log2_repeats)};
   }
-  result.fraction_along_v = {variation.fraction, behind ? behind->variation().fraction : 0};
+  result.fraction_along_v = {variation.along_v_fraction, behind ? behind->variation().along_v_fraction : 0};
   return &result;
 }
 

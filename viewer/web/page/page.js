@@ -45,7 +45,7 @@ const stage = new Stage({materials, restage, moved});
 scene.add(stage.group);
 let due = false, drawing = false, keeps_images = false, is_held = false, shade_due = null, rest = 0, shown_at = 0, fine = 1, surroundings = null, compiled = null;
 
-/** Calls end() once all that was drawn is there; the page goes on meanwhile. */
+/** Calls end() once all that was drawn is there; the page stays live meanwhile. */
 function when_drawn(end) {
   const gl = renderer.getContext(), sync = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
   gl.flush();
@@ -130,7 +130,7 @@ function moved() {
   }, REST);
   redraw();
 }
-/** Settled when drawing does not wait for shaders, where the browser can tell. */
+/** Settled when drawing does not wait for shaders, where the browser reports it. */
 async function compile() {
   if (renderer.extensions.has('KHR_parallel_shader_compile')) await renderer.compileAsync(scene, camera);
 }

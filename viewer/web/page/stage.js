@@ -5,7 +5,7 @@ import {tint_towards} from './tint.js';
 
 /** Metres of cloth on a swatch, of its side on the stage, and from one to the next. */
 const SWATCH = 0.06, SIDE = 0.5, STEP = 0.54;
-/** Cloth whose size no file tells: mm of a repeat. */
+/** Cloth whose size no file states: mm of a repeat. */
 const REPEAT = [10, 10];
 const VARIANTS = 'KHR_materials_variants', AS_IT_IS = '#ffffff';
 const by_id = (id) => document.getElementById(id);
@@ -15,7 +15,7 @@ function fill(menu, first, options) {
   by_id(`of_${menu}`).hidden = options.length === 0;
   by_id(menu).replaceChildren(new Option(first, ''), ...options);
 }
-/** The lay of a repeat of so many mm on a surface whose unit of texture coordinates has so many metres. */
+/** The lay of a repeat (mm) on a surface by the length (m) of its unit of texture coordinates. */
 export const lay_of = (metres, mm) => ({...plain_lay, scale: metres.map((size, k) => 1000 * size / (mm ?? REPEAT)[k])});
 
 export class Stage {
@@ -33,7 +33,7 @@ export class Stage {
   /** Whether a material takes the cloth. */
   takes = () => true;
   /** Called when a variant has put on other materials. */
-  changed = () => {};
+  variant_changed = () => {};
   #own = new WeakMap();
   #plane = new PlaneGeometry(SIDE, SIDE);
 
@@ -102,7 +102,7 @@ export class Stage {
         await mesh.material.fabric?.settled;
       }
     }
-    await this.changed();
+    await this.variant_changed();
     this.show();
   }
   /** Materials on the stage that wear the cloth. */

@@ -1,6 +1,6 @@
 // The environments of three.js as fabrics are drawn in them.
 import { DataUtils, EquirectangularReflectionMapping, FloatType, HalfFloatType, Matrix3, Matrix4, Vector3 } from 'three';
-import {AROUND_WEIGHTS, MOST_LAMPS, divide} from '../environment.js';
+import {AROUND_WEIGHTS, MAX_LAMPS, divide} from '../environment.js';
 
 /** From three.js's axes of an environment, the middle column along x, to the axes of environment.js. */
 const FROM_THREE = new Matrix3(0, 0, 1, 0, 1, 0, -1, 0, 0);
@@ -36,8 +36,8 @@ const vectors = (count) => Array.from({length: count}, () => new Vector3());
 export const around_uniforms = () => ({
   around_factors: {value: vectors(9)},
   around_brightness: {value: new Matrix3()},
-  around_lamp_directions: {value: vectors(MOST_LAMPS)},
-  around_lamp_irradiances: {value: vectors(MOST_LAMPS)},
+  around_lamp_directions: {value: vectors(MAX_LAMPS)},
+  around_lamp_irradiances: {value: vectors(MAX_LAMPS)},
   around_lamp_count: {value: 0},
   around_strength: {value: 1},
   around_from_world: {value: new Matrix3()},

@@ -34,7 +34,7 @@ export async function load_parts(parser, extension) {
 
 const textures_of = (parts) => Object.keys(TEXTURES).filter((name) => parts[name]);
 
-/** What tells the shaders of parts apart. */
+/** The key by which shaders of parts differ. */
 export const key_of_parts = (parts) => textures_of(parts).map((name) => `${name}${parts[name].channel}`).join();
 
 export const part_uniforms = () => ({
@@ -45,7 +45,7 @@ export const part_uniforms = () => ({
 });
 
 /** Sets the uniforms to the parts of a material. */
-export function set_parts(uniforms, parts) {
+export function set_kept_textures(uniforms, parts) {
   for (const name of textures_of(parts)) {
     const texture = parts[name];
     if (texture.matrixAutoUpdate) texture.updateMatrix();
@@ -67,7 +67,7 @@ export function part_vertex(parts) {
   };
 }
 
-/** Names for a fragment shader: KEPT_MASK, KEPT_NORMAL, KEPT_TINT_TEXTURE tell what there is. */
+/** Names for a fragment shader: KEPT_MASK, KEPT_NORMAL, KEPT_TINT_TEXTURE say what there is. */
 export const part_fragment = (parts) => textures_of(parts).map((name) =>
   `#define KEPT_${name.toUpperCase()}\nuniform sampler2D kept_${name};\nvarying vec2 kept_${name}_uv;\n`).join('') +
   'uniform float kept_mask_cutoff;\nuniform float kept_normal_scale;\nuniform vec3 kept_tint;\n';

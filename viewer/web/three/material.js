@@ -2,7 +2,7 @@
 import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
 import {CHART, cell_images} from './cell_images.js';
 import {around_of_mesh, around_uniforms, set_around} from './environment.js';
-import {key_of_parts, no_parts, part_uniforms, set_parts} from './garment_parts.js';
+import {key_of_parts, no_parts, part_uniforms, set_kept_textures} from './garment_parts.js';
 import {DRAWN, draw_sorted, is_in_software, sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
 import {VERTEX_LIGHT} from './surroundings.js';
@@ -141,7 +141,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   }
   onBeforeCompile(shader, renderer) {
     // Also for the fallback: three.js keeps the uniforms of the program that it has compiled last.
-    set_parts(this.part_uniforms, this.parts);
+    set_kept_textures(this.part_uniforms, this.parts);
     Object.assign(
       shader.uniforms, this.fabric_uniforms, this.around_uniforms, this.part_uniforms, cell_images.uniforms);
     if (this.shows !== 'fabric') return;

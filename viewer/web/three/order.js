@@ -133,7 +133,7 @@ function run_from(renderer, scene, camera, object, material) {
   return [];
 }
 
-/** Lets three.js draw so many sorted corners of an object, and gives it its own ones back then. */
+/** Lets three.js draw `count` sorted corners of an object, and gives it its own ones back then. */
 function draw_once(object, geometry, count) {
   const {index} = geometry, {onAfterRender} = object;
   geometry.index = surfaces.get(geometry).sorted;

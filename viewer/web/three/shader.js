@@ -1,7 +1,7 @@
 // The shaders of a material with a fabric: three.js's own vertex shader with coordinates of the fabric, and a fragment
 // shader that lights the fabric by three.js's lights, shadows, tone mapping and fog.
 import {ShaderChunk} from 'three';
-import {AROUND_WEIGHTS, MOST_LAMPS} from '../environment.js';
+import {AROUND_WEIGHTS, MAX_LAMPS} from '../environment.js';
 import {part_fragment, part_vertex} from './garment_parts.js';
 import {VERTEX_LIGHT} from './surroundings.js';
 import {CHART, TILES_WIDTH, WIDTH} from './cell_images.js';
@@ -82,12 +82,12 @@ ${SHADOWED}
 uniform sampler2D cell_atlas, cell_heights, cell_tiles;
 uniform highp usampler2D cell_table;
 uniform float cell_beyond;    // fraction of the light of one side that the other side gets
-uniform float cell_brighter;  // a place is at most so many times as bright as its image
+uniform float cell_brighter;  // bound on a place's brightness over its image's
 varying vec2 fabric_uv; flat varying vec4 of_chart; flat varying vec2 chart_cells;
 
 #ifdef AROUND
   // The environment, in axes of its own.
-  #define AROUND_LAMPS ${MOST_LAMPS}
+  #define AROUND_LAMPS ${MAX_LAMPS}
   uniform vec3 around_lamp_directions[AROUND_LAMPS], around_lamp_irradiances[AROUND_LAMPS];
   uniform int around_lamp_count; uniform float around_strength;
   uniform mat3 around_from_world;

@@ -14,7 +14,7 @@ import {project, smooth_factors, smooth_basis, take_lamps} from '../environment.
 
 const {PI, SQRT1_2, cos, floor, max, round, sin, sqrt} = Math;
 const DIRECTIONS = 48, SKY_MAP = 512, LAMP_MAP = 1024;
-/** Places are looked up so many texels along their normal, by the sine of the angle to the light, and along the light. */
+/** Offset of look-ups, in texels, along the normal, by the sine of the angle to the light, and along the light. */
 const NORMAL_OFFSET = 3, LIGHT_OFFSET = 0.5;
 /** Nine colours, a vector of four numbers each but for the last. */
 export const VERTEX_LIGHT = Array.from({length: 7}, (_, k) => `around_vertex_${k}`);
