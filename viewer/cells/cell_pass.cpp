@@ -16,7 +16,7 @@ namespace {
 /// Smaller fractions of a light are not seen.
 constexpr float unseen_visibility = 1.0F / 256;
 constexpr std::size_t chunk = 2048;
-/// Curvature of a triangle beside the largest along its edges, at most.
+/// Bound on a triangle's curvature, as a multiple of the largest along its edges.
 constexpr float max_bend = 1.5F;
 /// Whole repeats of a triangle from the origin, at most.
 constexpr float max_whole = 1e9F;
@@ -38,14 +38,14 @@ std::uint32_t bit_of(std::size_t light) { return light < 32 ? 1U << light : 0; }
 
 bool same_light(const Light& a, const Light& b) {
   return a.direction == b.direction && a.irradiance == b.irradiance && a.kind == b.kind &&
-         a.position == b.position && a.range == b.range && a.cos_inner == b.cos_inner &&
-         a.cos_outer == b.cos_outer;
+         a.position == b.position && a.range == b.range && a.inner_cosine == b.inner_cosine &&
+         a.outer_cosine == b.outer_cosine;
 }
 
 /// Fraction of a light that reaches a vertex, on the light's side of the cloth.
 float visibility_at(const CellLights& lights, const ShadowMap& map, const V3f& point, V3f normal) {
   const Light& light = lights.lights[map.view.light];
-  const V3f direction(light_at(light, lights.origin + V3d(point)).direction);
+  const V3f direction(illumination_at(light, lights.origin + V3d(point)).direction);
   if (normal.dot(direction) < 0) normal = -normal;
   return shadow_visibility(map, point, normal, direction);
 }
@@ -67,7 +67,8 @@ CellPass::CellPass(const PreparedScene& scene)
     const SurfaceMaterial& m = scene.materials.surfaces[surface];
     const std::vector<PbrMaterial>& pbr = scene.materials.pbr;
     const bool emits = surface < pbr.size() && pbr[surface].emissive != V3f(0, 0, 0);
-    kinds_[i] = m.tinted || m.bends || m.occluded || emits ? Kind::changed : Kind::plain;
+    kinds_[i] =
+        m.is_tinted || m.has_normal_texture || m.has_occlusion_texture || emits ? Kind::changed : Kind::plain;
     for (const std::uint32_t corner : mesh.triangles[i].corners)
       transmitted_[corner] = store_.transmitted_fraction(m.fabric);
   }
@@ -75,7 +76,7 @@ CellPass::CellPass(const PreparedScene& scene)
   for (std::size_t i = 0; i < scene.fabrics.size(); ++i) {
     const Fabric& front = *scene.fabrics[i].front;
     if (const auto& yarns = front.levels.front().yarns())
-      thickness_[i] = std::max(front.reference_height - yarns->inside().low, 0.0F);
+      thickness_[i] = std::max(front.reference_height - yarns->geometry().min_z, 0.0F);
   }
   outline_rises_.resize(mesh.triangles.size());
   extents_.resize(mesh.triangles.size());
@@ -95,18 +96,22 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, std::sp
   if (!active_) return;
   has_parts_ = view.options.blocks != nullptr;
   if (has_parts_) seen_parts_.resize(seen_patches_.size());
-  lights_ = {view.options.lights, shadows, view.options.around ? &*view.options.around : nullptr,
-             view.around_vertices, scene_.origin};
+  lights_ = {view.options.lights, shadows, view.options.smooth_light ? &*view.options.smooth_light : nullptr,
+             view.vertex_lights, scene_.origin};
   projected_ = &projected;
   camera_ = &view.camera;
   mapped_ = 0;
   for (const ShadowMap& map : shadows) mapped_ |= bit_of(map.view.light);
-  nearest_ = view.options.levels.forced >= 0;
-  store_.set_windows(true);
-  store_.set_late(true);
+  nearest_ = view.options.levels.forced_level >= 0;
   middle_x_ = 0.5F * static_cast<float>(projected.width) - 0.5F;
   middle_y_ = 0.5F * static_cast<float>(projected.height) - 0.5F;
-  store_.begin(view.camera, V2i(projected.width, projected.height), view.options, supersample, lights_);
+  store_.begin({.camera = view.camera,
+                .size = V2i(projected.width, projected.height),
+                .options = view.options,
+                .supersample = supersample,
+                .lights = lights_,
+                .has_windows = true,
+                .may_be_late = true});
   light_vertices();
   slope_vertices();
   // Marks of large triangles and of parts need planes; others get them once they are seen.
@@ -115,7 +120,7 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, std::sp
   });
 }
 
-/// Whether a triangle is wide beside its distance to a point light or a spot, or texels lie across a
+/// Whether a triangle is wide compared with its distance to a point light or a spot, or texels lie across a
 /// terminator.
 bool CellPass::is_lit_unevenly(std::size_t triangle) const {
   const auto& corners = scene_.mesh.triangles[triangle].corners;
@@ -137,19 +142,19 @@ bool CellPass::is_lit_unevenly(std::size_t triangle) const {
   });
 }
 
-float CellPass::brighter(SeenSurface surface, int x, int y, const V3f& normal, const V3f& point,
-                         const SmoothLight* around, float of_environment) const {
+float CellPass::brightness_gain(TriangleSide surface, int x, int y, const V3f& normal, const V3f& point,
+                                const SmoothLight* around, float environment_gain) const {
   const std::uint32_t triangle = surface / 2;
   const auto& c = planes_[triangle].coefficients;
-  const V2f at = from_middle(x, y);
+  const V2f at = offset_from_centre(x, y);
   const float by_corners =
       (c[2][1] * at.x + c[2][2] * at.y + c[2][3]) / (c[0][0] * at.x + c[0][1] * at.y + c[0][2]);
   const CellLook& image = store_.look(2 * patch_at(triangle, place_at(triangle, at)) + surface % 2);
   const float transmitted = transmitted_[scene_.mesh.triangles[triangle].corners[0]];
-  const float bright = lights_.brightness(normal, point, around, transmitted, of_environment);
+  const float bright = lights_.brightness(normal, point, around, transmitted, environment_gain);
   constexpr float max_gain = 8;
-  const float applied = std::clamp(by_corners * image.brightness, image.min_gain, image.max_gain);
-  const float ratio = std::clamp(bright * image.brightness, 0.0F, max_gain) / applied;
+  const float applied = std::clamp(by_corners * image.inverse_brightness, image.min_gain, image.max_gain);
+  const float ratio = std::clamp(bright * image.inverse_brightness, 0.0F, max_gain) / applied;
   return ratio >= 0 ? ratio : 1;
 }
 
@@ -200,7 +205,7 @@ float CellPass::outline_depth(std::uint32_t triangle, float x, float y) const {
 
 /// Samples the fraction of a light within a triangle that is larger than shadows may be.
 void CellPass::add_inner_visibility(const ShadowMap& map, std::size_t triangle) {
-  constexpr float shadow_texels = 32;
+  constexpr float shadow_texels_per_pixel = 32;
   constexpr int max_parts = 64;
   const MergedSurfaces& mesh = scene_.mesh;
   const auto& corners = mesh.triangles[triangle].corners;
@@ -208,7 +213,8 @@ void CellPass::add_inner_visibility(const ShadowMap& map, std::size_t triangle) 
   const V3f b = mesh.positions[corners[1]] - a;
   const V3f c = mesh.positions[corners[2]] - a;
   const float longest = std::max({b.length(), c.length(), (b - c).length()});
-  const int parts = std::clamp(static_cast<int>(longest / (shadow_texels * map.view.texel)), 1, max_parts);
+  const int parts = std::clamp(
+      static_cast<int>(longest / (shadow_texels_per_pixel * map.view.texel_cell_size)), 1, max_parts);
   for (int i = 0; i <= parts && parts > 1; ++i) {
     for (int j = 0; j <= parts - i; ++j) {
       const V2f at(static_cast<float>(i) / static_cast<float>(parts),
@@ -227,8 +233,8 @@ void CellPass::light_vertices() {
   const bool same_lights =
       known_lights_.size() == lights_.lights.size() && !brightness_.empty() &&
       std::equal(known_lights_.begin(), known_lights_.end(), lights_.lights.begin(), same_light);
-  std::vector<SmoothLight> around(lights_.around_vertices.begin(), lights_.around_vertices.end());
-  if (around.empty() && lights_.around != nullptr) around.push_back(*lights_.around);
+  std::vector<SmoothLight> around(lights_.vertex_lights.begin(), lights_.vertex_lights.end());
+  if (around.empty() && lights_.smooth_light != nullptr) around.push_back(*lights_.smooth_light);
   std::vector<ShadowView> views;
   for (const ShadowMap& map : lights_.shadows) views.push_back(map.view);
   const MergedSurfaces& mesh = scene_.mesh;
@@ -319,7 +325,7 @@ void CellPass::set_planes(std::size_t i) {
   }
   std::array<float, 20> flat{};
   for (std::size_t k = 0; k < 18; ++k) flat[k] = static_cast<float>(sums[k / 3][static_cast<int>(k % 3)]);
-  const V2f from_origin = whole + mesh.triangles[i].whole;
+  const V2f from_origin = whole + mesh.triangles[i].whole_repeats;
   flat[18] = std::clamp(from_origin.x, -max_whole, max_whole);
   flat[19] = std::clamp(from_origin.y, -max_whole, max_whole);
   std::memcpy(planes_[i].coefficients.data(), flat.data(), sizeof flat);
@@ -362,7 +368,7 @@ float CellPass::visibility_of(std::size_t light, std::uint32_t triangle, float x
   return 1;
 }
 
-void CellPass::mark_visible(SeenSurface surface, int x, int y) {
+void CellPass::mark_visible(TriangleSide surface, int x, int y) {
   const std::uint32_t triangle = surface / 2;
   const auto mark = [](std::uint8_t& flag, std::uint8_t bit) {
     const std::atomic_ref<std::uint8_t> bits(flag);
@@ -371,20 +377,20 @@ void CellPass::mark_visible(SeenSurface surface, int x, int y) {
   const bool is_large = extents_[triangle].is_large();
   if (!is_large) mark(seen_[triangle], surface % 2 == 0 ? 1 : 2);
   if (!is_large && !has_parts_) return;
-  const V2f place = place_at(triangle, from_middle(x, y));
+  const V2f place = place_at(triangle, offset_from_centre(x, y));
   if (is_large) mark(seen_patches_[2 * patch_at(triangle, place) + surface % 2], 1);
   if (has_parts_) mark_parts(surface, place);
 }
 
 /// Notes the parts of repeats that a pixel at a place looks up: there, and where variation moves it.
-void CellPass::mark_parts(SeenSurface surface, const V2f& place) {
+void CellPass::mark_parts(TriangleSide surface, const V2f& place) {
   const std::uint32_t triangle = surface / 2;
   const auto mark = [&](std::uint32_t patch, const V2f& within) {
     RepeatParts parts = 0;
     for (int axis = 0; axis < 2; ++axis)
-      parts |=
-          RepeatParts{1} << (parts_of_side * axis + std::clamp(static_cast<int>(parts_of_side * within[axis]),
-                                                               0, parts_of_side - 1));
+      parts |= RepeatParts{1} << (parts_per_side * axis +
+                                  std::clamp(static_cast<int>(parts_per_side * within[axis]), 0,
+                                             parts_per_side - 1));
     std::atomic_ref<RepeatParts>(seen_parts_[2 * patch + surface % 2])
         .fetch_or(parts, std::memory_order_relaxed);
   };
@@ -393,10 +399,11 @@ void CellPass::mark_parts(SeenSurface surface, const V2f& place) {
   mark(patch, place - whole);
   const Group& wholes = planes_[triangle].coefficients[4];
   const V2i repeat(V2f(wholes[2], wholes[3]) + whole);
-  const RepeatPlace moved = store_.looked_up(2 * patch + surface % 2, {repeat, place - whole});
-  mark(store_.patches().is_part(patch) ? patch_at(triangle, V2f(moved.repeat - repeat) + whole + moved.within)
-                                       : patch,
-       moved.within);
+  const RepeatPlace moved = store_.lookup_place(2 * patch + surface % 2, {repeat, place - whole});
+  mark(store_.patches().is_part(patch)
+           ? patch_at(triangle, V2f(moved.repeat - repeat) + whole + moved.fraction)
+           : patch,
+       moved.fraction);
 }
 
 V2f CellPass::place_at(std::uint32_t triangle, const V2f& pixel) const {
@@ -417,10 +424,10 @@ std::uint32_t CellPass::patch_at(std::uint32_t triangle, const V2f& place) const
 }
 
 /// A patch that only shows through holes may be coarser, and shares the image of a larger one; if memory is
-/// short, of an ancestor `shared` levels up; if time is, of one with an image.
-PatchNeed& CellPass::request(PatchSide patch, bool behind, int shared) {
+/// short, of an ancestor `coarsening` levels up; if time is, of one with an image.
+PatchNeed& CellPass::request(PatchSide patch, bool behind, int coarsening) {
   const PatchSide own = patch;
-  const int levels = shared + (behind && !store_.is_made(patch) ? 1 : 0);
+  const int levels = coarsening + (behind && !store_.is_made(patch) ? 1 : 0);
   for (int i = 0; i < levels || store_.is_late(patch); ++i) patch = store_.patches().parent_side(patch);
   if (patch != own) shared_.push_back({own, patch});
   if (calls_[patch] != call_) {
@@ -440,9 +447,10 @@ void CellPass::render(bool behind) {
     for_each_set(seen_, [&](std::uint32_t i) { seen.push_back(i); });
     parallel_each(seen.size(), chunk, [&](std::size_t i) { set_planes(seen[i]); });
   }
-  int shared = 0;
-  for (collect(behind, shared); !store_.make(needs_, behind, shared); collect(behind, shared))
-    shared += store_.lacks_time() ? 0 : 1;
+  for (CellAnswer answer{false}; !answer.is_made;) {
+    collect(behind, answer.coarsening);
+    answer = store_.make({needs_, behind, answer.coarsening});
+  }
   for (const auto& [patch, other] : shared_) store_.alias(patch, other);
   std::ranges::fill(seen_, 0);
   std::ranges::fill(seen_patches_, 0);
@@ -450,7 +458,7 @@ void CellPass::render(bool behind) {
 }
 
 /// The patches that seen pixels need.
-void CellPass::collect(bool behind, int shared) {
+void CellPass::collect(bool behind, int coarsening) {
   ++call_;
   needs_.clear();
   shared_.clear();
@@ -461,24 +469,24 @@ void CellPass::collect(bool behind, int shared) {
     patches.for_all(patches.place(i), extents_[i], [&](std::uint32_t patch) {
       for (std::uint32_t side = 0; side < 2; ++side) {
         if ((seen_[i] >> side & 1) == 0 || !is_looked_up(2 * patch + side)) continue;
-        PatchNeed& patch_need = request(2 * patch + side, behind, shared);
+        PatchNeed& patch_need = request(2 * patch + side, behind, coarsening);
         patch_need.lit |= always | lit_by_[i].lit;
         patch_need.unlit |= lit_by_[i].unlit;
       }
     });
   });
   for_each_set(seen_patches_, [&](std::uint32_t i) {
-    PatchNeed& patch_need = request(i, behind, shared);
+    PatchNeed& patch_need = request(i, behind, coarsening);
     patch_need.lit = ~0U;
     patch_need.unlit = mapped_;
   });
-  if (behind || shared > 0) return;
+  if (behind || coarsening > 0) return;
   for (std::size_t k = 0, count = needs_.size(); k < count; ++k) {
     const PatchNeed need = needs_[k];
     if (!store_.needs_neighbours(need.patch)) continue;
-    store_.patches().for_all_around(need.patch / 2, [&](std::uint32_t other) {
+    store_.patches().for_neighbours(need.patch / 2, [&](std::uint32_t other) {
       if (!is_looked_up(2 * other + need.patch % 2)) return;
-      PatchNeed& patch_need = request(2 * other + need.patch % 2, behind, shared);
+      PatchNeed& patch_need = request(2 * other + need.patch % 2, behind, coarsening);
       patch_need.lit |= need.lit;
       patch_need.unlit |= need.unlit;
     });

@@ -13,7 +13,7 @@ namespace selvedge {
 
 /// Surfaces at sixteen pixels, from the frame's middle.
 struct CellPixels {
-  std::array<SeenSurface, lane_count> surface{};
+  std::array<TriangleSide, lane_count> surface{};
   alignas(64) LaneFloats x{}, y{};
 };
 
@@ -25,7 +25,7 @@ struct CellShading {
     return {p[0], p[1], p[2], p[3]};
   }
   /// Lanes whose holes show the yarn that surrounds them: values are still to be divided by their opacity.
-  std::uint32_t fills_holes = 0;
+  std::uint32_t hole_filling_lanes = 0;
 };
 
 class CellPass {
@@ -37,29 +37,31 @@ class CellPass {
   void begin(const FrameView& view, bool shows, int supersample, std::span<const ShadowMap> shadows,
              const ProjectedVertices& projected);
   /// Whether a triangle has cell images in this frame.
-  bool shows(SeenSurface surface) const { return active_ && kinds_[surface / 2] != Kind::none; }
+  bool shows(TriangleSide surface) const { return active_ && kinds_[surface / 2] != Kind::none; }
   /// Whether shows() holds, and neither the material nor a nearby light modifies the images.
-  bool is_plain(SeenSurface surface) const {
-    return active_ && kinds_[surface / 2] == Kind::plain && !is_uneven(surface);
+  bool is_unmodified(TriangleSide surface) const {
+    return active_ && kinds_[surface / 2] == Kind::plain && !has_uneven_light(surface);
   }
-  /// Whether light varies over a triangle in other ways than its corners tell.
-  bool is_uneven(SeenSurface surface) const { return uneven_[surface / 2]; }
-  /// How much brighter a point of a triangle is than its corners tell: with another normal, and of light from
-  /// all around; with these factors on lamps of an environment.
-  float brighter(SeenSurface surface, int x, int y, const V3f& normal, const V3f& point,
-                 const SmoothLight* around, float of_environment) const;
+  /// Whether light varies over a triangle in ways that its corners do not show.
+  bool has_uneven_light(TriangleSide surface) const { return uneven_[surface / 2]; }
+  /// How much brighter a point of a triangle is than its corners imply: with another normal, and of light
+  /// from all around; with these factors on lamps of an environment.
+  float brightness_gain(TriangleSide surface, int x, int y, const V3f& normal, const V3f& point,
+                        const SmoothLight* around, float environment_gain) const;
   /// In place of a surface: sample() gives 0 there.
-  SeenSurface nothing() const { return 2 * static_cast<SeenSurface>(scene_.mesh.triangles.size()); }
-  /// Whether mark_visible() must be told of all pixels of a triangle.
-  bool is_large(SeenSurface surface) const { return has_parts_ || extents_[surface / 2].is_large(); }
+  TriangleSide empty_triangle_side() const {
+    return 2 * static_cast<TriangleSide>(scene_.mesh.triangles.size());
+  }
+  /// Whether mark_visible() must visit all pixels of a triangle.
+  bool needs_all_pixels(TriangleSide surface) const { return has_parts_ || extents_[surface / 2].is_large(); }
   /// Notes that a pixel shows a triangle of which shows() holds. From any thread.
-  void mark_visible(SeenSurface surface, int x, int y);
+  void mark_visible(TriangleSide surface, int x, int y);
   /// Makes images of what was marked since the last call.
   void render(bool behind = false);
   /// Ends a frame.
   CellMemory end() { return active_ ? store_.end() : CellMemory{}; }
   /// Place of a pixel from the frame's middle.
-  V2f from_middle(int x, int y) const {
+  V2f offset_from_centre(int x, int y) const {
     return {static_cast<float>(x) - middle_x_, static_cast<float>(y) - middle_y_};
   }
   /// Precondition: shows() holds for all, and render() was called after all were marked. From any thread.
@@ -91,12 +93,12 @@ class CellPass {
   /// Repeats at a pixel, from the frame's middle, without the whole ones of the triangle's first corner.
   V2f place_at(std::uint32_t triangle, const V2f& pixel) const;
   std::uint32_t patch_at(std::uint32_t triangle, const V2f& place) const;
-  void mark_parts(SeenSurface surface, const V2f& place);
+  void mark_parts(TriangleSide surface, const V2f& place);
   void set_planes(std::size_t triangle);
-  void collect(bool behind, int shared);
-  PatchNeed& request(PatchSide patch, bool behind, int shared);
+  void collect(bool behind, int coarsening);
+  PatchNeed& request(PatchSide patch, bool behind, int coarsening);
   /// The view of a surface in a repeat, counted from its triangle's first corner, at a place within it.
-  const CellLook* look_at(SeenSurface surface, std::int32_t repeat_u, std::int32_t repeat_v, float u,
+  const CellLook* look_at(TriangleSide surface, std::int32_t repeat_u, std::int32_t repeat_v, float u,
                           float v) const;
   struct Surface {
     V3f point, normal;

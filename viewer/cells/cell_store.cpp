@@ -19,8 +19,9 @@ constexpr float min_lamp_rise = 0.1F;  ///< of a light over a patch of texels
 constexpr float staleness_per_radian = 30;
 /// Images of other patches are of use until then.
 constexpr float max_outdated = 16;
-/// Look-ups follow the relief of older images. What they miss grows with the pixels of a repeat: from so many
-/// on a frame makes CellImageOptions::remade of the images, of smaller repeats at least this fraction of it.
+/// Look-ups follow the relief of older images. The error grows with the pixels of a repeat: from this number
+/// on a frame makes CellImageOptions::remade_fraction of the images, of smaller repeats at least this
+/// fraction of it.
 constexpr float fresh_pixels = 30;
 constexpr double min_fresh = 0.4;
 /// Cost (CellStore::Work) of images that one call may make for the first time while the picture moves, if
@@ -44,9 +45,9 @@ constexpr float step_larger = 1.189207F;
 constexpr float max_larger = 64;
 constexpr std::size_t needs_per_task = 64;
 
-double bytes_of(const CellView& view) {
+double image_bytes(const CellView& view) {
   const V2i texels = view.size.texels();
-  const double of_texel = static_cast<double>(sizeof(CellTexel)) * view.planes + 1;  // its height
+  const double of_texel = static_cast<double>(sizeof(CellTexel)) * view.plane_count + 1;  // its height
   return of_texel * (texels.x + 1) * (texels.y + 1);
 }
 
@@ -56,18 +57,18 @@ V3f mean_radiance(const SmoothLight& light, const V3f& n) {
   // The integrals of cosine and functions by their degree (Ramamoorthi and Hanrahan 2001), by pi.
   const auto basis = smooth_basis(n.x, n.y, n.z);
   V3f sum(0, 0, 0);
-  for (std::size_t k = 0; k < smooth_functions; ++k)
-    sum += light.factors[k] * ((k == 0 ? 1.0F : k < 4 ? 2.0F / 3 : 0.25F) * basis[k]);
+  for (std::size_t k = 0; k < smooth_function_count; ++k)
+    sum += light.coefficients[k] * ((k == 0 ? 1.0F : k < 4 ? 2.0F / 3 : 0.25F) * basis[k]);
   return {std::max(sum.x, 0.0F), std::max(sum.y, 0.0F), std::max(sum.z, 0.0F)};
 }
 
 float CellLights::brightness(const V3f& normal, const V3f& point, const SmoothLight* around_there,
-                             float transmitted_fraction, float of_environment) const {
+                             float transmitted_fraction, float environment_gain) const {
   float sum = 0;
   for (const Light& light : lights) {
-    const auto& [direction, e] = light_at(light, origin + V3d(point));
+    const auto& [direction, e] = illumination_at(light, origin + V3d(point));
     const float cosine = normal.dot(V3f(direction));
-    sum += (light.of_environment ? of_environment : 1) * (e.x + e.y + e.z) / 3 *
+    sum += (light.is_environment_part ? environment_gain : 1) * (e.x + e.y + e.z) / 3 *
            ((1 - transmitted_fraction) * std::max(cosine, 0.0F) + transmitted_fraction * 0.5F * (1 + cosine));
   }
   if (around_there != nullptr) {
@@ -87,11 +88,11 @@ struct CellStore::Kept {
   std::size_t& bytes;
   CellImage image;
   CellView view;
-  V2f pixel{1, 1};
+  V2f pixel_width_texels{1, 1};
   float samples = 1;
   int forced = -1;  ///< LevelOptions::forced
   RepeatParts parts = whole_repeat;
-  std::uint32_t masked_lights = 0,
+  std::uint32_t plane_lights = 0,
                 lit = 0;  ///< lights with a plane of their own; of the others, those that shine
   float brightness = 1;
   std::uint64_t used = 0;    ///< call of make()
@@ -103,10 +104,10 @@ struct CellStore::Wanted {
   CellSource source;
   const Fabric* fabric = nullptr;
   V2f period{1, 1};  ///< mm
-  V2f pixel{1, 1};
+  V2f pixel_width_texels{1, 1};
   RepeatParts parts = whole_repeat;
   float around = around_part;  ///< pixels
-  std::uint32_t masked_lights = 0, lit = 0;
+  std::uint32_t plane_lights = 0, lit = 0;
   float brightness = 1;
 };
 
@@ -130,15 +131,15 @@ std::shared_ptr<std::vector<CellStore::Cloth>> CellStore::cloths_of(std::span<co
   for (const FabricSides& sides : fabrics) {
     Cloth& cloth = cloths->emplace_back();
     cloth.front = std::make_unique<ClothSide>(*sides.front);
-    if (sides.turned) cloth.back = std::make_unique<ClothSide>(*sides.turned);
+    if (sides.back_fabric) cloth.back = std::make_unique<ClothSide>(*sides.back_fabric);
     cloth.relief = relief_of_texels;
     cloth.transmitted_fraction = sides.lets_light_through() ? transmitted_by_thin_cloth : 0;
     for (const bool behind : {false, true}) {
       const ClothSide& side = cloth.seen_from(behind);
       if (!side.yarn) continue;
       const Yarns& yarns = side.yarn->yarns();
-      const float plane = side.yarn->plane();
-      const float most = std::max(yarns.inside().high - plane, plane - yarns.inside().low);
+      const float plane = side.yarn->reference_height();
+      const float most = std::max(yarns.geometry().max_z - plane, plane - yarns.geometry().min_z);
       cloth.relief = std::max(cloth.relief, most / std::min(yarns.period().x, yarns.period().y));
       cloth.transmitted_fraction = transmitted_by_yarn;
       cloth.has_yarn = true;
@@ -162,9 +163,9 @@ CellStore::CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial
   look_numbers_.resize(2 * patches_.count());
 }
 
-void CellStore::take_fabric(const FabricSides& fabric, const CellStore* shared) {
+void CellStore::exchange_fabric(const FabricSides& fabric, const CellStore* shared) {
   cloths_ = shared != nullptr ? shared->cloths_ : cloths_of({&fabric, 1});
-  patches_.take_relief(cloths_->front().relief);
+  patches_.set_relief(cloths_->front().relief);
   std::ranges::fill(kept_, nullptr);
   std::ranges::fill(look_numbers_, 0);
   looks_.resize(1);
@@ -181,43 +182,44 @@ bool CellStore::needs_neighbours(PatchSide patch) const {
   return one.source.yarn != nullptr && one.source.yarn->yarns().variation().varies();
 }
 
-RepeatPlace CellStore::looked_up(PatchSide patch, const RepeatPlace& place) const {
+RepeatPlace CellStore::lookup_place(PatchSide patch, const RepeatPlace& place) const {
   Wanted one;
   set_pixel(one, patch);
   if (one.source.yarn == nullptr || !one.source.yarn->yarns().variation().varies()) return place;
   const Variation& variation = one.source.yarn->yarns().variation();
-  return place_of(variation, place, offset_weight(fade_of(variation, one.pixel)));
+  return displaced_place(variation, place, offset_weight(variation_fade(variation, one.pixel_width_texels)));
 }
 
 bool CellStore::is_made(PatchSide patch) const { return kept_[patch] && kept_[patch]->used >= frame_; }
 
-void CellStore::begin(const Camera& camera, const V2i& frame, const DrawOptions& options, int supersample,
-                      const CellLights& lights) {
-  camera_ = &camera;
-  interrupts_ = &options;
-  options_ = options.cells;
-  levels_ = options.levels;
+void CellStore::begin(const CellFrame& frame) {
+  camera_ = &frame.camera;
+  interrupts_ = &frame.options;
+  options_ = frame.options.cells;
+  levels_ = frame.options.levels;
+  has_windows_ = frame.has_windows;
+  may_be_late_ = frame.may_be_late;
   // Samples, texels of shadows and detail are of a pixel of the picture.
-  const float fraction = levels_.footprint / static_cast<float>(supersample);
-  for (float* per_pixel : {&options_.samples, &options_.shadow_texels, &options_.detail})
+  const float fraction = levels_.footprint / static_cast<float>(frame.supersample);
+  for (float* per_pixel : {&options_.samples, &options_.shadow_texels_per_pixel, &options_.detail})
     *per_pixel *= fraction;
-  lights_ = lights;
+  lights_ = frame.lights;
   lights_.origin = origin_;
   frame_ = call_ + 1;
   memory_ = {};
-  demand_ = expected_ = 0;
+  demand_ = 0;
   late_.assign(kept_.size(), 0);
   for (Cloth& cloth : *cloths_) {
     for (ClothSide* side : {cloth.front.get(), cloth.back.get()}) {
       if (side == nullptr || !side->yarn) continue;
       side->shadows->set_memory(options_.memory / 8 / cloths_->size());
       // Light of lamps alone needs none.
-      if (lights.around == nullptr || !side->sky.empty()) continue;
-      side->sky = sky_of(side->yarn->yarns());
+      if (lights_.smooth_light == nullptr || !side->sky.empty()) continue;
+      side->sky = sky_transfer(side->yarn->yarns());
       side->yarn->set_sky(side->sky);
     }
   }
-  patches_.choose(camera, origin_, frame, options_.patches, lights.lights);
+  patches_.choose(frame.camera, origin_, frame.size, options_.patches, lights_.lights);
 }
 
 CellMemory CellStore::end() {
@@ -228,13 +230,13 @@ CellMemory CellStore::end() {
 namespace {
 
 /// Parts of the repeat that a patch covers.
-RepeatParts parts_of(const ShownPatch& shown, int units_of_repeat) {
+RepeatParts parts_of(const ShownPatch& shown, int units_per_repeat) {
   RepeatParts parts = 0;
-  const int count = std::max(shown.units * parts_of_side / units_of_repeat, 1);
+  const int count = std::max(shown.units_per_side * parts_per_side / units_per_repeat, 1);
   for (int axis = 0; axis < 2; ++axis) {
-    const int unit = shown.first[axis] & (units_of_repeat - 1);
+    const int unit = shown.first_unit[axis] & (units_per_repeat - 1);
     const std::uint32_t first = (std::uint32_t{1} << count) - 1;
-    parts |= RepeatParts{first << unit * parts_of_side / units_of_repeat} << (parts_of_side * axis);
+    parts |= RepeatParts{first << unit * parts_per_side / units_per_repeat} << (parts_per_side * axis);
   }
   return parts;
 }
@@ -243,29 +245,29 @@ RepeatParts parts_of(const ShownPatch& shown, int units_of_repeat) {
 
 /// Levels and size of an image for pixels that are so much larger.
 void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
-  const V2f shown = wanted.pixel * levels_.footprint;
-  CellLevels& levels = wanted.view.levels = shown_levels(*wanted.fabric, shown, levels_.forced);
-  if (levels.yarn > 0) {
+  const V2f shown = wanted.pixel_width_texels * levels_.footprint;
+  CellLevels& levels = wanted.view.levels = shown_levels(*wanted.fabric, shown, levels_.forced_level);
+  if (levels.yarn_weight > 0) {
     wanted.view.size = cell_size(shown * larger, samples);
-    if (levels.yarn == 1 && wanted.parts != whole_repeat)
+    if (levels.yarn_weight == 1 && wanted.parts != whole_repeat)
       set_window(wanted.parts, wanted.around, wanted.view.size);
     return;
   }
-  if (larger > 1) levels = shown_levels(*wanted.fabric, shown * larger, levels_.forced);
-  wanted.view.size = texel_size(*wanted.fabric, shown, levels.finer);
+  if (larger > 1) levels = shown_levels(*wanted.fabric, shown * larger, levels_.forced_level);
+  wanted.view.size = texel_cell_size(*wanted.fabric, shown, levels.finer_level);
 }
 
 /// Sets the fabric, whose number it returns, and the pixels of a patch.
 int CellStore::set_pixel(Wanted& wanted, PatchSide patch) const {
-  const int fabric = materials_[mesh_.triangles[patches_[patch / 2].triangle].surface].fabric;
+  const int fabric = materials_[mesh_.triangles[patches_[patch / 2].any_triangle].surface].fabric;
   ClothSide& cloth = (*cloths_)[fabric].seen_from(patch % 2 != 0);
   wanted.source = cloth.source();
   wanted.fabric = &cloth.fabric;
   wanted.period = cloth.fabric.period_mm;
   const ShownPatch& shown = patches_.shown(patch / 2);
-  wanted.pixel = shown.pixel;
+  wanted.pixel_width_texels = shown.pixel_width_texels;
   if (!has_windows_ || !patches_.is_part(patch / 2)) return fabric;
-  wanted.parts = parts_of(shown, patches_.units_of_repeat());
+  wanted.parts = parts_of(shown, patches_.units_per_repeat());
   wanted.around += shown.offset;
   return fabric;
 }
@@ -295,17 +297,17 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   const auto local = [&](const V3f& d) { return V3f(d.dot(tangent), d.dot(up), d.dot(normal)); };
   result.view.view = local(to_viewer).normalized();
 
-  result.masked_lights = need.lit & need.unlit;
+  result.plane_lights = need.lit & need.unlit;
   const std::uint32_t off = need.unlit & ~need.lit;
   float lifted = 0;  // brightness
   for (std::size_t i = 0; i < lights_.lights.size(); ++i) {
     const Light& light = lights_.lights[i];
     const std::uint32_t bit = i < 32 ? 1U << i : 0;
     if ((off & bit) != 0) continue;
-    const auto& [direction, irradiance] = light_at(light, origin_ + V3d(patch.centre));
-    if ((result.masked_lights & bit) == 0) result.lit |= bit;
+    const auto& [direction, irradiance] = illumination_at(light, origin_ + V3d(patch.centre));
+    if ((result.plane_lights & bit) == 0) result.lit |= bit;
     const int plane =
-        (result.masked_lights & bit) != 0 ? 1 + std::popcount(result.masked_lights & (bit - 1)) : 0;
+        (result.plane_lights & bit) != 0 ? 1 + std::popcount(result.plane_lights & (bit - 1)) : 0;
     V3f lamp = local(V3f(direction));
     // Parts of texels' patch may face a light that its mean does not.
     if (!(*cloths_)[fabric].has_yarn && std::abs(lamp.z) < min_lamp_rise) {
@@ -316,40 +318,41 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
     }
     result.view.lamps.push_back({lamp, irradiance, plane});
   }
-  result.view.planes = 1 + std::popcount(result.masked_lights);
-  const SmoothLight* around = lights_.around;
+  result.view.plane_count = 1 + std::popcount(result.plane_lights);
+  const SmoothLight* around = lights_.smooth_light;
   SmoothLight mean;
-  if (around != nullptr && !lights_.around_vertices.empty()) {
-    for (const std::uint32_t corner : mesh_.triangles[patch.triangle].corners)
-      for (std::size_t k = 0; k < smooth_functions; ++k)
-        mean.factors[k] += lights_.around_vertices[corner].factors[k] / 3.0F;
+  if (around != nullptr && !lights_.vertex_lights.empty()) {
+    for (const std::uint32_t corner : mesh_.triangles[patch.any_triangle].corners)
+      for (std::size_t k = 0; k < smooth_function_count; ++k)
+        mean.coefficients[k] += lights_.vertex_lights[corner].coefficients[k] / 3.0F;
     around = &mean;
   }
-  if (around != nullptr) result.view.around = turned(*around, tangent, up, normal);
+  if (around != nullptr) result.view.environment = turned(*around, tangent, up, normal);
   result.brightness =
       lights_.brightness(own_normal, patch.centre, around, (*cloths_)[fabric].transmitted_fraction) + lifted;
-  result.view.hairs = !behind || options_.hairs_behind;
+  result.view.has_hairs = !behind || options_.hairs_behind;
   result.view.hair_shadows = options_.hair_shadows;
-  result.view.shadow_texels = options_.shadow_texels;
-  result.view.detail = options_.detail;
-  result.view.piece_pixels = options_.piece_pixels;
+  result.view.shadow_texels_per_pixel = options_.shadow_texels_per_pixel;
+  result.view.rays_per_pixel = options_.detail;
+  result.view.max_piece_pixels = options_.max_piece_pixels;
   set_size(result, samples, 1);
-  const V2i& count = result.view.size.samples;
-  result.view.shaded_together = count.x * count.y > many_samples ? options_.shaded_together : 1;
+  const V2i& count = result.view.size.repeat_samples;
+  result.view.shading_block = count.x * count.y > many_samples ? options_.shading_block : 1;
   return result;
 }
 
 /// How far an image is from what is wanted: 0 as it is, infinite: of no use.
 float CellStore::outdated(const Kept& kept, const Wanted& wanted, float samples) const {
   // Lights with a plane of their own may be in shadow or not; others must be as they were.
-  if ((wanted.masked_lights & ~kept.masked_lights) != 0 ||
-      ((wanted.lit ^ kept.lit) & ~kept.masked_lights) != 0)
+  if ((wanted.plane_lights & ~kept.plane_lights) != 0 || ((wanted.lit ^ kept.lit) & ~kept.plane_lights) != 0)
     return HUGE_VALF;
-  if (kept.view.lamps.size() < wanted.view.lamps.size() || kept.forced != levels_.forced ||
+  if (kept.view.lamps.size() < wanted.view.lamps.size() || kept.forced != levels_.forced_level ||
       (wanted.parts & ~kept.parts) != 0)
     return HUGE_VALF;
-  const float ratio = std::max({wanted.pixel.x / kept.pixel.x, kept.pixel.x / wanted.pixel.x,
-                                wanted.pixel.y / kept.pixel.y, kept.pixel.y / wanted.pixel.y});
+  const float ratio = std::max({wanted.pixel_width_texels.x / kept.pixel_width_texels.x,
+                                kept.pixel_width_texels.x / wanted.pixel_width_texels.x,
+                                wanted.pixel_width_texels.y / kept.pixel_width_texels.y,
+                                kept.pixel_width_texels.y / wanted.pixel_width_texels.y});
   if (ratio > 2) return HUGE_VALF;
   float worst = 2 * (ratio - 1);
   const auto turn = [](const V3f& a, const V3f& b) { return (a - b).length(); };
@@ -363,11 +366,12 @@ float CellStore::outdated(const Kept& kept, const Wanted& wanted, float samples)
       worst = std::max(worst, 10 * (now.irradiance - then.irradiance).length() / std::max(bright, 1e-9F));
     }
   }
-  if (wanted.view.around.has_value() != kept.view.around.has_value()) return HUGE_VALF;
-  if (wanted.view.around) {
-    const float bright = wanted.view.around->factors[0].length();
-    for (std::size_t k = 0; k < smooth_functions; ++k) {
-      const float change = (wanted.view.around->factors[k] - kept.view.around->factors[k]).length();
+  if (wanted.view.environment.has_value() != kept.view.environment.has_value()) return HUGE_VALF;
+  if (wanted.view.environment) {
+    const float bright = wanted.view.environment->coefficients[0].length();
+    for (std::size_t k = 0; k < smooth_function_count; ++k) {
+      const float change =
+          (wanted.view.environment->coefficients[k] - kept.view.environment->coefficients[k]).length();
       worst = std::max(worst, 5 * change / std::max(bright, 1e-9F));
     }
   }
@@ -382,7 +386,7 @@ std::optional<float> CellStore::fit(std::span<Work> works, float samples) const 
     double sum = 0;
     for (Work& work : works) {
       set_size(work.wanted, samples, larger);
-      sum += bytes_of(work.wanted.view);
+      sum += image_bytes(work.wanted.view);
     }
     return sum <= room_;
   };
@@ -393,37 +397,39 @@ std::optional<float> CellStore::fit(std::span<Work> works, float samples) const 
   return larger;
 }
 
-double CellStore::expect(std::span<const PatchNeed> needs) {
-  expected_ = 0;
+double CellStore::bytes_of(std::span<const PatchNeed> needs) const {
+  double bytes = 0;
   for (const PatchNeed& need : needs) {
     Wanted one;
     set_pixel(one, need.patch);
     set_size(one, options_.samples, 1);
-    expected_ += bytes_of(one.view);
+    bytes += image_bytes(one.view);
   }
-  return expected_;
+  return bytes;
 }
 
 /// Bounds the bytes of a call's images, whose sizes it sets. Returns by how much their pixels are larger;
 /// none: even the coarsest do not fit.
-std::optional<float> CellStore::budget(std::span<Work> all, float samples, int shared) {
+std::optional<float> CellStore::budget(std::span<Work> all, float samples, const CellRequest& request) {
   const auto most = static_cast<double>(options_.memory);
   double full = 0;
-  for (const Work& work : all) full += bytes_of(work.wanted.view);
+  for (const Work& work : all) full += image_bytes(work.wanted.view);
   for (const Work& work : all) {
     // A patch that another call of this frame has seen counts once.
-    if (shared == 0 && (!work.kept || work.kept->used < frame_)) demand_ += bytes_of(work.wanted.view);
+    if (request.coarsening == 0 && (!work.kept || work.kept->used < frame_))
+      demand_ += image_bytes(work.wanted.view);
   }
-  if (shared == 0) {
+  if (request.coarsening == 0) {
     // Images that the next frame shows again have room beside each other.
-    const double whole = std::max({full, expected_, options_.remade < 1 ? last_demand_ : 0});
+    const double whole =
+        std::max({full, request.frame_bytes, options_.remade_fraction < 1 ? last_demand_ : 0});
     room_ = whole > most ? most / whole * full : most;
     memory_.wanted_bytes = std::max(memory_.wanted_bytes, whole);
   }
   const std::optional<float> fitting = full > room_ ? fit(all, samples) : 1;
-  if (!fitting && shared < max_shared) return std::nullopt;
+  if (!fitting && request.coarsening < max_coarsening) return std::nullopt;
   const float larger = fitting.value_or(max_larger);
-  memory_.is_coarser |= larger > 1 || shared > 0;
+  memory_.is_coarser |= larger > 1 || request.coarsening > 0;
   return larger;
 }
 
@@ -434,15 +440,15 @@ void CellStore::age(std::span<Work> all, float samples, bool tight) const {
     Work& work = all[i];
     if (tight && work.kept &&
         (work.kept->samples > samples ||
-         static_cast<double>(work.kept->image.bytes()) > bytes_of(work.wanted.view)))
+         static_cast<double>(work.kept->image.bytes()) > image_bytes(work.wanted.view)))
       work.kept = nullptr;
     work.outdated = work.kept ? outdated(*work.kept, work.wanted, samples) : HUGE_VALF;
-    if (work.outdated == HUGE_VALF && options_.remade < 1 && !tight) {
+    if (work.outdated == HUGE_VALF && options_.remade_fraction < 1 && !tight) {
       work.kept = related_image(work.patch, work.wanted, samples);
       if (work.kept) work.outdated = outdated(*work.kept, work.wanted, samples) + 1;
     }
     const CellView& view = work.wanted.view;
-    work.cost = static_cast<double>(view.size.count()) * (1 + 0.1 * view.planes) + cost_of_image;
+    work.cost = static_cast<double>(view.size.count()) * (1 + 0.1 * view.plane_count) + cost_of_image;
   });
 }
 
@@ -454,7 +460,8 @@ bool CellStore::postpone(std::span<const Work> all) {
     missing += work.outdated == HUGE_VALF ? work.cost : 0;
     whole += work.cost;
   }
-  if (!may_be_late_ || options_.remade == 1 || missing < std::max(max_missing, 0.3 * whole)) return false;
+  if (!may_be_late_ || options_.remade_fraction == 1 || missing < std::max(max_missing, 0.3 * whole))
+    return false;
   bool any = false;
   for (const Work& work : all) {
     if (work.outdated < HUGE_VALF || patches_.parent_side(work.patch) == work.patch) continue;
@@ -467,17 +474,18 @@ bool CellStore::postpone(std::span<const Work> all) {
 /// The images that are made in this call: those that are of no use, and of others the most outdated.
 std::vector<CellStore::Work*> CellStore::order(std::span<Work> all) {
   // Some calls for few patches make none again.
-  double allowed = options_.remade < 1 ? std::min(allowance_, 0.0) : 0;
+  double allowed = options_.remade_fraction < 1 ? std::min(allowance_, 0.0) : 0;
   std::vector<Work*> order;
   for (Work& work : all) {
     // Images that turned less look the same.
-    if (work.outdated > (options_.remade < 1 ? 0.25F : 1e-3F)) order.push_back(&work);
+    if (work.outdated > (options_.remade_fraction < 1 ? 0.25F : 1e-3F)) order.push_back(&work);
     // A patch that another call of this frame has seen counts once.
     if (kept_[work.patch] && kept_[work.patch]->used >= frame_) continue;
-    const V2f& pixel = work.wanted.pixel;
-    const double of_repeat = 1 / std::max(std::min(pixel.x, pixel.y) * fresh_pixels, 1e-6F);
-    const double less = options_.remade < 1 ? std::clamp(of_repeat, min_fresh, 1.0) : 1;
-    allowed += work.cost * options_.remade * less;
+    const V2f& pixel_width_texels = work.wanted.pixel_width_texels;
+    const double of_repeat =
+        1 / std::max(std::min(pixel_width_texels.x, pixel_width_texels.y) * fresh_pixels, 1e-6F);
+    const double less = options_.remade_fraction < 1 ? std::clamp(of_repeat, min_fresh, 1.0) : 1;
+    allowed += work.cost * options_.remade_fraction * less;
   }
   std::stable_sort(order.begin(), order.end(),
                    [](const Work* a, const Work* b) { return a->outdated > b->outdated; });
@@ -505,20 +513,20 @@ void CellStore::render(std::span<const Work> all, std::span<Work* const> order, 
     if (work.kept) work.kept->used = call_;
   }
   double coming = 0;  // bytes
-  for (const Work* work : order) coming += bytes_of(work->wanted.view);
+  for (const Work* work : order) coming += image_bytes(work->wanted.view);
   trim(coming);
   parallel_for(0, static_cast<int>(order.size()), [&](int i) {
     thread_local CellScratch scratch;
-    if (interrupts_->ends()) return;
+    if (interrupts_->is_interrupted()) return;
     Wanted& made = order[i]->wanted;
     Kept& kept = *order[i]->kept;
     make_cell_image(made.source, made.view, scratch, kept.image);
     kept.view = std::move(made.view);
-    kept.pixel = made.pixel;
+    kept.pixel_width_texels = made.pixel_width_texels;
     kept.samples = samples;
-    kept.forced = levels_.forced;
+    kept.forced = levels_.forced_level;
     kept.parts = kept.view.size.is_whole() ? whole_repeat : made.parts;
-    kept.masked_lights = made.masked_lights;
+    kept.plane_lights = made.plane_lights;
     kept.lit = made.lit;
     kept.brightness = made.brightness;
   });
@@ -535,30 +543,31 @@ CellLook CellStore::look_of(const Work& work) const {
   if (!kept_[work.patch]) return {};
   const Kept& kept = *kept_[work.patch];
   const CellImage& image = kept.image;
-  const SurfaceMaterial& material = materials_[mesh_.triangles[patches_[work.patch / 2].triangle].surface];
-  // Matt texels are as bright as their normal tells; yarn stands out of the cloth.
+  const SurfaceMaterial& material =
+      materials_[mesh_.triangles[patches_[work.patch / 2].any_triangle].surface];
+  // Matt texels are as bright as their normal implies; yarn stands out of the cloth.
   const bool has_yarn = (*cloths_)[material.fabric].has_yarn;
-  CellLook look{.size = {image.repeat.x, image.repeat.y, image.first.x, image.first.y},
-                .brightness = 1 / kept.brightness,
-                .scale = image.scale,
+  CellLook look{.size = {image.repeat_texels.x, image.repeat_texels.y, image.origin.x, image.origin.y},
+                .inverse_brightness = 1 / kept.brightness,
+                .scale = image.radiance_scale,
                 .min_gain = has_yarn ? 0.5F : 0.0F,
                 .max_gain = has_yarn ? 2.0F : 8.0F,
-                .window = {static_cast<float>(image.width), static_cast<float>(image.height), 0, 0},
+                .window_size = {static_cast<float>(image.width), static_cast<float>(image.height), 0, 0},
                 .texels = image.texels.data(),
-                .step = image.step,
-                .masked_lights = kept.masked_lights,
-                .is_solid = !material.keeps_opacity,
+                .height_step = image.height_step,
+                .plane_lights = kept.plane_lights,
+                .fills_holes = !material.keeps_opacity,
                 .image = kept.number};
   if (!image.heights.empty()) {
-    const V2f slope = slope_of(kept.view.view);
+    const V2f slope = ray_slope(kept.view.view);
     look.heights = image.heights.data();
-    look.relief = {slope.x, slope.y, image.step * image.repeat.x / work.wanted.period.x,
-                   image.step * image.repeat.y / work.wanted.period.y};
+    look.parallax = {slope.x, slope.y, image.height_step * image.repeat_texels.x / work.wanted.period.x,
+                     image.height_step * image.repeat_texels.y / work.wanted.period.y};
   }
   if (work.wanted.source.yarn != nullptr) {
     const Variation& variation = work.wanted.source.yarn->yarns().variation();
     if (variation.varies()) look.variation = &variation;
-    look.fade = fade_of(variation, work.wanted.pixel);
+    look.fade = variation_fade(variation, work.wanted.pixel_width_texels);
     look.offset_weight = offset_weight(look.fade);
   }
   return look;
@@ -578,30 +587,30 @@ void CellStore::alias(PatchSide patch, PatchSide other) {
   aliases_.push_back(patch);
 }
 
-bool CellStore::make(std::span<const PatchNeed> needs, bool behind, int shared) {
+CellAnswer CellStore::make(const CellRequest& request) {
+  if (request.max_bytes > 0) options_.memory = static_cast<std::size_t>(request.max_bytes);
   for (const PatchSide patch : aliases_) own_look(patch) = {};
   aliases_.clear();
   float samples = options_.samples;
-  std::vector<Work> all(needs.size());
-  parallel_each(needs.size(), needs_per_task, [&](std::size_t i) {
-    all[i].patch = needs[i].patch;
-    all[i].wanted = wanted(needs[i], samples, behind);
-    all[i].kept = kept_[needs[i].patch];
+  std::vector<Work> all(request.needs.size());
+  parallel_each(all.size(), needs_per_task, [&](std::size_t i) {
+    all[i].patch = request.needs[i].patch;
+    all[i].wanted = wanted(request.needs[i], samples, request.is_behind);
+    all[i].kept = kept_[all[i].patch];
   });
-  const std::optional<float> larger = budget(all, samples, shared);
-  if (!larger) return false;
+  const std::optional<float> larger = budget(all, samples, request);
+  if (!larger) return {false, request.coarsening + 1};
   double held = 0;
   for (const Work& work : all)
-    held +=
-        std::max(bytes_of(work.wanted.view), work.kept ? static_cast<double>(work.kept->image.bytes()) : 0);
+    held += std::max(image_bytes(work.wanted.view),
+                     work.kept ? static_cast<double>(work.kept->image.bytes()) : 0);
   samples /= *larger;
   age(all, samples, *larger > 1 || held > room_);
-  lacks_time_ = postpone(all);
-  if (lacks_time_) return false;
+  if (postpone(all)) return {false, request.coarsening};
   ++call_;
   render(all, order(all), samples);
   for (const Work& work : all) own_look(work.patch) = look_of(work);
-  return true;
+  return {true, request.coarsening};
 }
 
 /// An image of a patch around or within this one that is of use.
@@ -617,7 +626,7 @@ std::shared_ptr<CellStore::Kept> CellStore::related_image(PatchSide patch, const
   return nullptr;
 }
 
-/// Forgets images of earlier calls, the oldest first, until the others fit beside so many bytes.
+/// Forgets images of earlier calls, the oldest first, until the others leave this number of bytes free.
 void CellStore::trim(double coming) {
   const auto fits = [&] {
     return static_cast<double>(bytes_) + coming <= static_cast<double>(options_.memory);

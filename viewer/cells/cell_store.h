@@ -22,15 +22,15 @@ V3f mean_radiance(const SmoothLight& light, const V3f& normal);
 struct CellLights {
   std::span<const Light> lights;
   std::span<const ShadowMap> shadows;
-  const SmoothLight* around = nullptr;           ///< world axes; null: none
-  std::span<const SmoothLight> around_vertices;  ///< of the mesh; empty: `around` everywhere
-  V3d origin{0, 0, 0};                           ///< of the mesh's coordinates
+  const SmoothLight* smooth_light = nullptr;   ///< world axes; null: none
+  std::span<const SmoothLight> vertex_lights;  ///< of the mesh; empty: `smooth_light` everywhere
+  V3d origin{0, 0, 0};                         ///< of the mesh's coordinates
 
   /// Brightness of white cloth: what cell images are scaled by from place to place. `point`: relative to the
   /// origin. `transmitted_fraction`: part of the light of one side that the other side gets.
-  /// `of_environment`: factor on lamps of an environment. Positive.
+  /// `environment_gain`: factor on lamps of an environment. Positive.
   float brightness(const V3f& normal, const V3f& point, const SmoothLight* around_there,
-                   float transmitted_fraction, float of_environment = 1) const;
+                   float transmitted_fraction, float environment_gain = 1) const;
 };
 
 /// A patch seen from one side: twice the patch's number, + 1 for the back.
@@ -44,6 +44,32 @@ struct PatchNeed {
   RepeatParts parts = whole_repeat;  ///< that pixels look up
 };
 
+/// A frame of a garment. `lights` are copied, the others must live until its end.
+struct CellFrame {
+  const Camera& camera;
+  V2i size;  ///< pixels
+  const DrawOptions& options;
+  int supersample = 1;  ///< pixels of the frame along either side of a pixel of the picture
+  CellLights lights;
+  bool has_windows = false;  ///< images of patches that are parts of a repeat show these alone
+  bool may_be_late = false;  ///< while it moves, patches without time for an image show their parents'
+};
+
+/// A call of CellStore::make().
+struct CellRequest {
+  std::span<const PatchNeed> needs;
+  bool is_behind = false;  ///< only holes of other surfaces show them
+  int coarsening = 0;      ///< levels by which parents are needed in place of patches
+  double max_bytes = 0;    ///< of images; 0: CellImageOptions::memory
+  double frame_bytes = 0;  ///< CellStore::bytes_of() the frame's needs, if these are some of them
+};
+
+/// If no image was made: the levels to try next, with patches that are late (CellStore::is_late()).
+struct CellAnswer {
+  bool is_made = true;
+  int coarsening = 0;
+};
+
 /// Memory of the images of a frame.
 struct CellMemory {
   double peak_bytes = 0;    ///< that were there at once
@@ -53,24 +79,24 @@ struct CellMemory {
 
 /// An image as pixels look it up.
 struct CellLook {
-  Group size{};          ///< CellImage::repeat and first
-  float brightness = 1;  ///< CellLights::brightness() that the image was made for, inverse
-  float scale = 1;       ///< of radiance
+  Group size{};                  ///< CellImage::repeat and first
+  float inverse_brightness = 1;  ///< CellLights::brightness() that the image was made for, inverse
+  float scale = 1;               ///< of radiance
   /// Bounds of the factor by which a pixel is brighter than its image.
   float min_gain = 0.5F, max_gain = 2;
   /// Slope of the rays that the image was made for, and texels along x and y for a step of height and a slope
   /// of 1.
-  Group relief{};
-  Group window{};  ///< width and height in texels, which of parts of a repeat are fewer
+  Group parallax{};
+  Group window_size{};  ///< width and height in texels, which of parts of a repeat are fewer
   const CellTexel* texels = nullptr;
   const std::int8_t* heights = nullptr;  ///< CellImage::heights; null: none
-  float step = 0;                        ///< CellImage::step, mm
+  float height_step = 0;                 ///< CellImage::step, mm
   const Variation* variation = nullptr;  ///< null: none
   VariationFade fade = no_fade;
-  std::uint32_t masked_lights = 0;  ///< lights that have a plane of their own, in their order behind plane 0
-  bool is_solid = false;            ///< its holes show the yarn around them
-  std::uint64_t image = 0;          ///< number of the image, in the order that the store's were made in
-  float offset_weight = 1;          ///< of the place that variation gives a pixel, by its fade
+  std::uint32_t plane_lights = 0;  ///< lights that have a plane of their own, in their order behind plane 0
+  bool fills_holes = false;        ///< its holes show the yarn around them
+  std::uint64_t image = 0;         ///< number of the image, in the order that the store's were made in
+  float offset_weight = 1;         ///< of the place that variation gives a pixel, by its fade
 };
 
 class CellStore {
@@ -83,42 +109,30 @@ class CellStore {
 
   const Patches& patches() const { return patches_; }
   /// Takes another shape of the mesh. Images stay as long as they are not outdated.
-  void take_shape() { patches_.take_shape(mesh_); }
+  void update_shape() { patches_.update_shape(mesh_); }
   /// Takes another fabric of the same repeat in place of the only one, and forgets all images.
-  void take_fabric(const FabricSides& fabric, const CellStore* shared);
+  void exchange_fabric(const FabricSides& fabric, const CellStore* shared);
   /// CellLights::brightness(): of yarn, and of cloth that lets light through.
   float transmitted_fraction(int fabric) const { return (*cloths_)[fabric].transmitted_fraction; }
-  /// Begins a frame: chooses patches. `supersample`: pixels of the frame along either side of a pixel of the
-  /// picture.
-  void begin(const Camera& camera, const V2i& frame, const DrawOptions& options, int supersample,
-             const CellLights& lights);
-  /// Bytes of the images that a frame needs; before make() is called for parts of it, so that all fit.
-  double expect(std::span<const PatchNeed> needs);
-  /// Replaces CellImageOptions::memory for the rest of the frame.
-  void set_memory(double bytes) { options_.memory = static_cast<std::size_t>(bytes); }
+  /// Begins a frame: chooses patches.
+  void begin(const CellFrame& frame);
+  /// Bytes of the images that patches need.
+  double bytes_of(std::span<const PatchNeed> needs) const;
   /// Makes images that are missing, and of others the most outdated, for these patches, and keeps others
-  /// while all fit into CellImageOptions::memory; without room for these they are coarser. If even the
-  /// coarsest do not fit, returns false, with no other effect, unless `shared` is max_shared: so often
-  /// patches were replaced by the ones around them. `behind`: only holes of other surfaces show them.
-  bool make(std::span<const PatchNeed> needs, bool behind, int shared);
-  static constexpr int max_shared = 8;
+  /// while all fit into the request's memory; without room for these they are coarser. Makes none where even
+  /// the coarsest do not fit, unless the coarsening is max_coarsening, and where patches are late.
+  CellAnswer make(const CellRequest& request);
+  static constexpr int max_coarsening = 8;
   /// Ends a frame.
   CellMemory end();
   const CellLook& look(PatchSide patch) const { return looks_[look_numbers_[patch]]; }
-  /// Whether the last call of make() returned false because the frame moves and too much is missing: then
-  /// patches for whose images there is no time show what the ones around them do (is_late()).
-  bool lacks_time() const { return lacks_time_; }
-  /// Whether make() may do so; not without a call.
-  void set_late(bool may_be_late) { may_be_late_ = may_be_late; }
   bool is_late(PatchSide patch) const { return late_[patch] != 0; }
   /// Whether a call of this frame has made or kept the patch's own image.
   bool is_made(PatchSide patch) const;
-  /// Whether images of patches that are parts of a repeat show these alone; not without a call.
-  void set_windows(bool windows) { has_windows_ = windows; }
   /// Whether a patch is part of a repeat whose rows leave their places: pixels look neighbours up, too.
   bool needs_neighbours(PatchSide patch) const;
   /// Where a patch is looked up in place of `place`: variation moves it.
-  RepeatPlace looked_up(PatchSide patch, const RepeatPlace& place) const;
+  RepeatPlace lookup_place(PatchSide patch, const RepeatPlace& place) const;
   /// Lets a patch look like another one until the next call of make().
   void alias(PatchSide patch, PatchSide other);
 
@@ -132,7 +146,7 @@ class CellStore {
   std::optional<float> fit(std::span<Work> works, float samples) const;
   float outdated(const Kept& kept, const Wanted& wanted, float samples) const;
   std::shared_ptr<Kept> related_image(PatchSide patch, const Wanted& wanted, float samples) const;
-  std::optional<float> budget(std::span<Work> all, float samples, int shared);
+  std::optional<float> budget(std::span<Work> all, float samples, const CellRequest& request);
   void age(std::span<Work> all, float samples, bool tight) const;
   std::vector<Work*> order(std::span<Work> all);
   void render(std::span<const Work> all, std::span<Work* const> order, float samples);
@@ -148,7 +162,7 @@ class CellStore {
     explicit ClothSide(const Fabric& seen);
     const Fabric& fabric;
     CellTexels texels;
-    std::vector<float> sky;  ///< sky_of() the yarn
+    std::vector<float> sky;  ///< sky_transfer() the yarn
     std::optional<CellYarn> yarn;
     std::optional<CellShadows> shadows;
     CellSource source() { return {yarn ? &*yarn : nullptr, shadows ? &*shadows : nullptr, &texels}; }
@@ -166,7 +180,6 @@ class CellStore {
   Patches patches_;
   std::size_t bytes_ = 0;                    ///< of the images
   CellMemory memory_;                        ///< of the frame
-  double expected_ = 0;                      ///< bytes, of expect()
   double allowance_ = 0;                     ///< cost of images made again that was not spent yet
   double demand_ = 0, last_demand_ = 0;      ///< of this frame and the last: bytes of images as wanted
   double room_ = 0;                          ///< for the images of a call, bytes
@@ -178,11 +191,10 @@ class CellStore {
   const Camera* camera_ = nullptr;
   CellImageOptions options_;
   LevelOptions levels_;
-  const DrawOptions* interrupts_ = nullptr;  ///< DrawOptions::ends()
+  const DrawOptions* interrupts_ = nullptr;  ///< DrawOptions::is_interrupted()
   CellLights lights_;
   bool has_windows_ = false;
   bool may_be_late_ = false;
-  bool lacks_time_ = false;
   std::vector<std::uint8_t> late_;  ///< by patch and side
   std::uint64_t call_ = 0;          ///< of make()
   std::uint64_t frame_ = 0;         ///< first call of the frame

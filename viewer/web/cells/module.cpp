@@ -35,12 +35,12 @@ struct VertexInput : ShapeInput {
 struct FrameInput {
   float is_parallel;
   V3f position, right, up, to_viewer;
-  V2f window_centre, window_half;
+  V2f window_centre, window_half_size;
   float near, far;
   V2f size;  ///< pixels
-  float samples, remade;
+  float samples, remade_fraction;
   float forced_level, has_around;
-  std::array<V3f, smooth_functions> around;
+  std::array<V3f, smooth_function_count> around;
   std::array<V3f, 3> around_axes;  ///< the mesh's, in the light's
 };
 struct LightInput {
@@ -64,10 +64,10 @@ struct UploadNumbers {
 };
 
 constexpr double min_fill = 0.05;
-/// A frame that moves visits one of so many patches that have images, in front and behind.
+/// A frame that moves visits one of this number of patches that have images, in front and behind.
 constexpr int visits_of_front = 4;
 constexpr int visits_behind = 8;
-/// And makes so many bytes of a garment's images again at most.
+/// Bound, in bytes, on a garment's images that it makes again.
 constexpr double max_remade = 200e3;
 /// Part of the atlas from which on it is not packed again.
 constexpr double max_packed = 0.85;
@@ -89,7 +89,7 @@ void upload(const CellLook& look, TileNumber number) {
     heights[first + i] = static_cast<std::uint8_t>(look.heights[i] + 128);
   page.tiles.resize(std::max<std::size_t>(page.tiles.size(), number + 1));
   const V2f place(tile.place);
-  page.tiles[number] = {place.x, place.y, look.size, look.scale, look.brightness, look.relief};
+  page.tiles[number] = {place.x, place.y, look.size, look.scale, look.inverse_brightness, look.parallax};
 }
 
 /// Bytes of all garments' images in sight as fine as wanted.
@@ -113,9 +113,9 @@ bool place_look(Garment& garment, PatchSide patch) {
   image = 0;
   if (look.texels == nullptr) return true;
   const std::uint64_t wanted = garment.first_image + look.image;
-  if (page.atlas.find(wanted, page.atlas_mark) == 0) {
+  if (page.atlas.find(wanted, page.last_use_mark) == 0) {
     const V2i size(static_cast<int>(look.size[0]) + 1, static_cast<int>(look.size[1]) + 1);
-    const TileNumber tile = page.atlas.add(wanted, size, page.atlas_mark);
+    const TileNumber tile = page.atlas.add(wanted, size, page.last_use_mark);
     if (tile == 0) return false;
     upload(look, tile);
   }
@@ -125,7 +125,7 @@ bool place_look(Garment& garment, PatchSide patch) {
 
 /// Makes room in the atlas of tiles that no patch in sight shows. Returns whether there is more.
 bool drop_unseen() {
-  const std::uint64_t now = ++page.atlas_mark;
+  const std::uint64_t now = ++page.last_use_mark;
   for (const auto& garment : page.garments) {
     if (!garment) continue;
     for (const PatchNeed& need : garment->needs) page.atlas.find(garment->shown[need.patch].image, now);
@@ -137,9 +137,9 @@ bool drop_unseen() {
 
 /// Makes room in the atlas of the gaps between tiles, once a frame. Returns whether there is more.
 bool pack() {
-  if (page.packed_at == page.frame || page.atlas.texels() > max_packed * Atlas::width * page.atlas.rows())
+  if (page.packed_frame == page.frame || page.atlas.texels() > max_packed * Atlas::width * page.atlas.rows())
     return false;
-  page.packed_at = page.frame;
+  page.packed_frame = page.frame;
   std::vector<std::pair<Garment*, PatchSide>> places;
   for (const auto& garment : page.garments) {
     if (!garment) continue;
@@ -163,7 +163,7 @@ bool pack() {
 /// Gives the images of patches tiles.
 void show(Garment& garment, std::span<const PatchNeed> needs) {
   for (const PatchNeed& need : needs) {
-    garment.shown[need.patch].at = page.frame;
+    garment.shown[need.patch].last_frame = page.frame;
     const std::uint64_t old = garment.shown[need.patch].image;
     bool is_placed = place_look(garment, need.patch);
     if (!is_placed && !page.is_full && drop_unseen()) is_placed = place_look(garment, need.patch);
@@ -172,7 +172,7 @@ void show(Garment& garment, std::span<const PatchNeed> needs) {
     garment.shown[need.patch].image = old;
     if (page.is_full || page.fill <= min_fill) continue;
     page.fill = std::max(0.8 * page.fill, min_fill);
-    page.full_need = all_need();
+    page.needed_bytes_when_full = all_need();
     page.is_full = true;
   }
 }
@@ -248,7 +248,7 @@ void mark_visible(Garment& garment) {
         continue;
       back = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y) < 0;
       const float tolerance = 0.5F * (std::max({a.z, b.z, c.z}) - std::min({a.z, b.z, c.z})) +
-                              4 * static_cast<float>(garment.camera.window_half.y) / rows * a.z;
+                              4 * static_cast<float>(garment.camera.window_half_size.y) / rows * a.z;
       behind = hidden({a, b, c, (a + b + c) / 3.0F}, tolerance);
     }
     const std::uint8_t flag = static_cast<std::uint8_t>((back ? 2 : 1) << (behind ? 2 : 0));
@@ -264,43 +264,45 @@ void mark_visible(Garment& garment) {
     }
   };
   add(1, 0);
-  garment.in_front = garment.needs.size();
+  garment.front_need_count = garment.needs.size();
   add(4, 1);
-  garment.done = 0;
+  garment.finished_visit_count = 0;
   // Garments share the memory by their needs.
-  garment.need = garment.store->expect(garment.needs);
+  garment.need = garment.store->bytes_of(garment.needs);
   const double all = all_need();
-  garment.store->set_memory(page.fill * static_cast<double>(page.image_memory) *
-                            (all > 0 ? garment.need / all : 1));
+  garment.memory =
+      page.fill * static_cast<double>(page.image_memory_bytes) * (all > 0 ? garment.need / all : 1);
   // Images that are shown stay; first come patches without an image, then those that were not looked at for
   // longest.
-  const auto place_of = [&](const PatchNeed& need) {
+  const auto last_shown_frame = [&](const PatchNeed& need) {
     const Garment::Shown& shown = garment.shown[need.patch];
-    return shown.image != 0 && page.atlas.find(shown.image, 0) != 0 ? shown.at : 0;
+    return shown.image != 0 && page.atlas.find(shown.image, 0) != 0 ? shown.last_frame : 0;
   };
-  const auto earlier = [&](const PatchNeed& a, const PatchNeed& b) { return place_of(a) < place_of(b); };
-  const auto behind = garment.needs.begin() + static_cast<std::ptrdiff_t>(garment.in_front);
+  const auto earlier = [&](const PatchNeed& a, const PatchNeed& b) {
+    return last_shown_frame(a) < last_shown_frame(b);
+  };
+  const auto behind = garment.needs.begin() + static_cast<std::ptrdiff_t>(garment.front_need_count);
   std::stable_sort(garment.needs.begin(), behind, earlier);
   std::stable_sort(behind, garment.needs.end(), earlier);
   const auto visit = [&](const auto& first, const auto& last, int part) {
-    const auto has_none = [&](const PatchNeed& need) { return place_of(need) == 0; };
+    const auto has_none = [&](const PatchNeed& need) { return last_shown_frame(need) == 0; };
     const auto shown = std::find_if_not(first, last, has_none);
     const auto end = shown + (last - shown + part - 1) / part;
     garment.visits.insert(garment.visits.end(), first, end);
   };
-  const bool moves = garment.options.cells.remade < 1;
+  const bool moves = garment.options.cells.remade_fraction < 1;
   garment.visits.clear();
   visit(garment.needs.begin(), behind, moves ? visits_of_front : 1);
-  garment.visits_in_front = garment.visits.size();
+  garment.front_visit_count = garment.visits.size();
   visit(behind, garment.needs.end(), moves ? visits_behind : 1);
 }
 
-/// The first entry of so many in the table that no garment has.
+/// The first entry of a free run of this length in the table.
 std::size_t room_in_table(std::size_t entries) {
   std::vector<std::pair<std::size_t, std::size_t>> taken;
   for (const auto& garment : page.garments)
     if (garment && garment->store)
-      taken.emplace_back(garment->table, garment->store->patches().table().size());
+      taken.emplace_back(garment->first_table_entry, garment->store->patches().table().size());
   std::sort(taken.begin(), taken.end());
   std::size_t first = 0;
   for (const auto& [begin, count] : taken) {
@@ -312,7 +314,7 @@ std::size_t room_in_table(std::size_t entries) {
 }
 
 /// Gives a garment's mesh a shape: positions and normals of vertices, and tangents with them.
-Tangents take_shape(Garment& garment, const auto& vertices) {
+Tangents update_shape(Garment& garment, const auto& vertices) {
   std::vector<V3d> positions, normals;
   for (const auto& vertex : vertices) {
     positions.emplace_back(vertex.position);
@@ -324,7 +326,7 @@ Tangents take_shape(Garment& garment, const auto& vertices) {
   mesh.attributes.clear();
   mesh.triangles.clear();
   for (std::size_t i = 0; i < tangents.tangents.size(); ++i) {
-    const std::size_t source = i < positions.size() ? i : tangents.copy_of[i - positions.size()];
+    const std::size_t source = i < positions.size() ? i : tangents.copy_sources[i - positions.size()];
     const V3f normal(normals[source]);
     const V4f& tangent = tangents.tangents[i];
     const V2f uv(garment.uvs[source]);
@@ -336,7 +338,7 @@ Tangents take_shape(Garment& garment, const auto& vertices) {
     MergedTriangle& t = mesh.triangles.emplace_back();
     t.corners = {tangents.indices[i], tangents.indices[i + 1], tangents.indices[i + 2]};
     t.handedness = tangents.tangents[t.corners[0]].w;
-    t.is_streaked = tangents.streaked[i / 3] != 0;
+    t.has_degenerate_uvs = tangents.degenerate_uvs[i / 3] != 0;
   }
   return tangents;
 }
@@ -348,16 +350,16 @@ Tangents take_shape(Garment& garment, const auto& vertices) {
 using namespace selvedge;
 using namespace selvedge::web;
 
-/// Address of room for so many numbers of 32 bits.
+/// Address of room for `count` numbers of 32 bits.
 EXPORT(input) void* input(std::uint32_t count) {
-  page.given.resize(count);
-  return page.given.data();
+  page.input_words.resize(count);
+  return page.input_words.data();
 }
 
 /// Sets the bytes of images, and returns the rows of the atlas.
 EXPORT(set_memory) std::uint32_t set_memory(std::uint32_t bytes) {
-  page.image_memory = std::clamp(bytes, 4U << 20, 128U << 20);
-  page.atlas.set_rows(static_cast<int>(page.image_memory / ((sizeof(CellTexel) + 1) * Atlas::width)));
+  page.image_memory_bytes = std::clamp(bytes, 4U << 20, 128U << 20);
+  page.atlas.set_rows(static_cast<int>(page.image_memory_bytes / ((sizeof(CellTexel) + 1) * Atlas::width)));
   return static_cast<std::uint32_t>(page.atlas.rows());
 }
 
@@ -370,7 +372,7 @@ std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uin
   if (place == garments.end()) place = garments.insert(place, nullptr);
   *place = std::make_unique<Garment>();
   Garment& garment = **place;
-  garment.first_image = ++page.garments_made << 40;
+  garment.first_image = ++page.made_garment_count << 40;
   garment.fabric = page.fabrics[fabric];
   garment.sides = {*garment.fabric->sides};
   SurfaceMaterial& material = garment.materials.emplace_back();
@@ -380,7 +382,7 @@ std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uin
   for (const VertexInput& v : given) garment.uvs.emplace_back(v.uv);
   const auto* const corners = reinterpret_cast<const std::uint32_t*>(given.data() + vertices);
   garment.corners.assign(corners, corners + 3 * std::size_t{triangles});
-  const Tangents tangents = take_shape(garment, given);
+  const Tangents tangents = update_shape(garment, given);
   const MergedSurfaces& mesh = garment.mesh;
   const auto same = std::ranges::find_if(
       garments, [&](const auto& other) { return other && other->store && other->fabric == garment.fabric; });
@@ -388,31 +390,31 @@ std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uin
                                               same != garments.end() ? (*same)->store.get() : nullptr);
   const Patches& patches = garment.store->patches();
   garment.shown.resize(2 * patches.count());
-  garment.table = room_in_table(patches.table().size());
+  garment.first_table_entry = room_in_table(patches.table().size());
   garment.charts.resize(vertices);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const Patches::Place& first = patches.place(static_cast<std::uint32_t>(i));
     const Patches::Chart& chart = patches.chart(first.chart);
     const V2f uv = mesh.uv(mesh.triangles[i].corners[0]);
-    const int units = patches.units_of_repeat();
+    const int units = patches.units_per_repeat();
     // The last corner's numbers are the triangle's: others may lie in several charts, where the texture is
     // mirrored.
     const std::uint32_t vertex = mesh.triangles[i].corners[2];
-    garment.charts[vertex < vertices ? vertex : tangents.copy_of[vertex - vertices]] = {
-        static_cast<float>(garment.table + chart.table),
+    garment.charts[vertex < vertices ? vertex : tangents.copy_sources[vertex - vertices]] = {
+        static_cast<float>(garment.first_table_entry + chart.first_table_entry),
         std::floor(uv.x) - static_cast<float>(first.u / units),
         std::floor(uv.y) - static_cast<float>(first.v / units),
-        patches.smallest_of_repeat(),
-        static_cast<float>(chart.size.x),
-        static_cast<float>(chart.size.y)};
+        patches.smallest_patches_per_repeat(),
+        static_cast<float>(chart.size_in_patches.x),
+        static_cast<float>(chart.size_in_patches.y)};
   }
   return static_cast<std::uint32_t>(place - garments.begin());
 }
 /// Gives a garment another shape; input: position and normal of each vertex.
 EXPORT(pose_garment) void pose_garment(std::uint32_t number) {
   Garment& garment = *page.garments[number];
-  take_shape(garment, std::span(input_as<ShapeInput>(), garment.uvs.size()));
-  garment.store->take_shape();
+  update_shape(garment, std::span(input_as<ShapeInput>(), garment.uvs.size()));
+  garment.store->update_shape();
 }
 EXPORT(charts_of) const ChartNumbers* charts_of(std::uint32_t garment) {
   return page.garments[garment]->charts.data();
@@ -428,17 +430,17 @@ EXPORT(replace_fabric) void replace_fabric(std::uint32_t number, std::uint32_t b
     if (!garment || garment->fabric != old) continue;
     garment->fabric = page.fabrics[number];
     garment->sides = {*garment->fabric->sides};
-    garment->store->take_fabric(garment->sides.front(), first);
+    garment->store->exchange_fabric(garment->sides.front(), first);
     first = garment->store.get();
-    for (Garment::Shown& shown : garment->shown) shown.at = 0;
+    for (Garment::Shown& shown : garment->shown) shown.last_frame = 0;
   }
 }
 /// Whether a frame has come to all patches in front; these alone show images then, and those within them.
 EXPORT(end_front) bool end_front(std::uint32_t number) {
   Garment& garment = *page.garments[number];
-  if (garment.done < garment.visits_in_front) return false;
+  if (garment.finished_visit_count < garment.front_visit_count) return false;
   for (Garment::Shown& shown : garment.shown)
-    if (shown.at == 0) shown.image = 0;
+    if (shown.last_frame == 0) shown.image = 0;
   return true;
 }
 /// 1: images have found no room since the last call, and the next frames' are coarser; + 2: tiles have moved,
@@ -458,33 +460,39 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
                     .up = V3d(in.up),
                     .to_viewer = V3d(in.to_viewer),
                     .window_centre = V2d(in.window_centre),
-                    .window_half = V2d(in.window_half),
+                    .window_half_size = V2d(in.window_half_size),
                     .near = in.near,
                     .far = in.far};
   DrawOptions& options = garment.options;
   options.cells = moving_cell_images;
   // Parts of repeats have images of whole ones, for which there is little room.
-  options.cells.patches.offset = in.remade < 1 ? 32 : 16;
-  if (in.remade >= 1) options.cells.patches.pixels = 48;
+  options.cells.patches.offset_pixels = in.remade_fraction < 1 ? 32 : 16;
+  if (in.remade_fraction >= 1) options.cells.patches.pixels = 48;
   options.cells.samples = in.samples;
-  options.cells.remade = in.remade;
-  options.cells.memory = page.image_memory / page.garments.size();
-  if (in.remade < 1) {
-    if (all_need() < 0.9 * page.full_need) page.fill = max_fill;
+  options.cells.remade_fraction = in.remade_fraction;
+  options.cells.memory = page.image_memory_bytes / page.garments.size();
+  if (in.remade_fraction < 1) {
+    if (all_need() < 0.9 * page.needed_bytes_when_full) page.fill = max_fill_fraction;
     const auto affordable = static_cast<float>(max_remade / std::max(garment.need, 1.0));
-    options.cells.remade = std::clamp(visits_of_front * std::min(in.remade, affordable), 0.01F, 0.99F);
+    options.cells.remade_fraction =
+        std::clamp(visits_of_front * std::min(in.remade_fraction, affordable), 0.01F, 0.99F);
   }
-  options.levels.forced = static_cast<int>(in.forced_level);
+  options.levels.forced_level = static_cast<int>(in.forced_level);
   options.levels.footprint = 1;
-  if (in.remade <= 0) {
+  if (in.remade_fraction <= 0) {
     options.levels.footprint = 2;
     // Fewer samples than later frames want, which make these images again.
     options.cells.samples = 0.49F * in.samples;
-    options.cells.patches = {
-        .pixels = 128, .repeats = 32, .turn_pixels = 1e4F, .turn = 60, .outline_pixels = 128, .offset = 32};
+    options.cells.patches = {.pixels = 128,
+                             .repeats = 32,
+                             .turn_degree_pixels = 1e4F,
+                             .turn_degrees = 60,
+                             .outline_pixels = 128,
+                             .offset_pixels = 32};
   }
-  garment.around.factors = in.around;
-  garment.around = turned(garment.around, in.around_axes[0], in.around_axes[1], in.around_axes[2]);
+  garment.smooth_light.coefficients = in.around;
+  garment.smooth_light =
+      turned(garment.smooth_light, in.around_axes[0], in.around_axes[1], in.around_axes[2]);
   garment.lights.clear();
   for (const LightInput& given : std::span(reinterpret_cast<const LightInput*>(&in + 1), lights)) {
     garment.lights.push_back({.direction = V3d(given.direction),
@@ -495,25 +503,27 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
   ++page.frame;
   CellLights cell_lights;
   cell_lights.lights = garment.lights;
-  cell_lights.around = in.has_around != 0 ? &garment.around : nullptr;
+  cell_lights.smooth_light = in.has_around != 0 ? &garment.smooth_light : nullptr;
   garment.store->end();
-  garment.store->begin(garment.camera, V2i(in.size), options, 1, cell_lights);
+  garment.store->begin({garment.camera, V2i(in.size), options, 1, cell_lights});
   mark_visible(garment);
   return static_cast<std::uint32_t>(garment.visits.size());
 }
 
-/// Makes images of the next so many patches of a frame. Returns how many patches are left.
+/// Makes images of a frame's next `count` patches. Returns how many patches are left.
 EXPORT(make_images) std::uint32_t make_images(std::uint32_t number, std::uint32_t count) {
   Garment& garment = *page.garments[number];
-  const bool behind = garment.done >= garment.visits_in_front;
-  const std::size_t end =
-      std::min(garment.done + count, behind ? garment.visits.size() : garment.visits_in_front);
-  const std::span<const PatchNeed> needs(&garment.visits[garment.done], end - garment.done);
+  const bool behind = garment.finished_visit_count >= garment.front_visit_count;
+  const std::size_t end = std::min(garment.finished_visit_count + count,
+                                   behind ? garment.visits.size() : garment.front_visit_count);
+  const std::span<const PatchNeed> needs(&garment.visits[garment.finished_visit_count],
+                                         end - garment.finished_visit_count);
   if (!needs.empty()) {
-    if (!garment.store->make(needs, behind, 0)) garment.store->make(needs, behind, CellStore::max_shared);
+    for (const int coarsening : {0, CellStore::max_coarsening})
+      if (garment.store->make({needs, behind, coarsening, garment.memory, garment.need}).is_made) break;
     show(garment, needs);
   }
-  garment.done = end;
+  garment.finished_visit_count = end;
   return static_cast<std::uint32_t>(garment.visits.size() - end);
 }
 
@@ -536,7 +546,7 @@ EXPORT(table_of) const TableNumbers* table_of(std::uint32_t number) {
     return static_cast<std::uint16_t>(tile);
   };
   const std::span<const std::uint32_t> chosen = patches.table();
-  std::uint16_t* const to = &page.table[2 * garment.table];
+  std::uint16_t* const to = &page.table[2 * garment.first_table_entry];
   for (std::size_t i = 0; i < chosen.size(); ++i) {
     const bool same = i > 0 && chosen[i] == chosen[i - 1];
     for (std::uint32_t side = 0; side < 2; ++side)
@@ -546,15 +556,15 @@ EXPORT(table_of) const TableNumbers* table_of(std::uint32_t number) {
   for (std::size_t i = 2; i < 2 * chosen.size(); ++i) to[i] = to[i] != 0 ? to[i] : to[i - 2];
   for (std::size_t i = 2 * chosen.size(); i-- > 2;) to[i - 2] = to[i - 2] != 0 ? to[i - 2] : to[i];
   std::uint32_t missing = 0;
-  for (std::size_t i = 0; i < garment.in_front; ++i)
+  for (std::size_t i = 0; i < garment.front_need_count; ++i)
     missing += tile_of(garment.needs[i].patch / 2, garment.needs[i].patch % 2) == 0 ? 1 : 0;
-  result = {static_cast<std::uint32_t>(garment.table),
+  result = {static_cast<std::uint32_t>(garment.first_table_entry),
             static_cast<std::uint32_t>(chosen.size()),
             to,
             static_cast<std::uint32_t>(page.tiles.size()),
             page.tiles.data(),
             missing,
-            static_cast<std::uint32_t>(garment.in_front)};
+            static_cast<std::uint32_t>(garment.front_need_count)};
   return &result;
 }
 

@@ -15,10 +15,10 @@ namespace selvedge::web {
 
 /// By which the look-up finds a vertex's patch.
 struct ChartNumbers {
-  float entry;          ///< first of its chart in the table
-  float u, v;           ///< first of the chart
-  float smallest;       ///< patches along a repeat
-  float columns, rows;  ///< of the chart
+  float entry;                ///< first of its chart in the table
+  float u, v;                 ///< first of the chart
+  float smallest_per_repeat;  ///< patches along a repeat
+  float columns, rows;        ///< of the chart
 };
 
 /// A tile as the shader reads it.
@@ -26,12 +26,12 @@ struct TileNumbers {
   float x, y;
   Group size;  ///< CellLook::size
   float scale, brightness;
-  Group relief;
+  Group parallax;
 };
 
 struct LoadedFabric {
   Fabric fabric;
-  std::vector<std::pair<LayerShape, Fabric>> others;  ///< sides that are not added yet
+  std::vector<std::pair<LayerShape, Fabric>> pending_sides;  ///< sides that are not added yet
   LayerShape shape;
   std::optional<FabricSides> sides;
 };
@@ -45,48 +45,49 @@ struct Garment {
   std::vector<SurfaceMaterial> materials;
   std::vector<FabricSides> sides;
   std::unique_ptr<CellStore> store;
-  std::vector<ChartNumbers> charts;  ///< of the vertices
-  std::uint64_t first_image = 0;     ///< added to CellLook::image
-  std::size_t table = 0;             ///< its first entry in the atlas's table
+  std::vector<ChartNumbers> charts;   ///< of the vertices
+  std::uint64_t first_image = 0;      ///< added to CellLook::image
+  std::size_t first_table_entry = 0;  ///< its first entry in the atlas's table
   Camera camera;
   std::vector<Light> lights;
-  SmoothLight around;
+  SmoothLight smooth_light;
   DrawOptions options;
   std::vector<PatchNeed> needs;  ///< of this frame, patches in front first
-  std::size_t in_front = 0;
+  std::size_t front_need_count = 0;
   std::vector<PatchNeed> visits;  ///< of these its images are made, or made again: the first in front, too
-  std::size_t visits_in_front = 0;
-  std::size_t done = 0;
+  std::size_t front_visit_count = 0;
+  std::size_t finished_visit_count = 0;
   struct Shown {
-    std::uint64_t image = 0;  ///< in the atlas's numbers
-    std::uint64_t at = 0;     ///< frame that last chose it
+    std::uint64_t image = 0;       ///< in the atlas's numbers
+    std::uint64_t last_frame = 0;  ///< frame that last chose it
   };
   std::vector<Shown> shown;  ///< of patches and sides
   double need = 0;           ///< for its images, bytes
+  double memory = 0;         ///< for them, of the page's, bytes
   std::vector<float> depths;
   std::vector<std::uint8_t> flags;
 };
 
 /// Part of the atlas that images may fill: it has shelves of equal heights.
-constexpr double max_fill = 0.75;
+constexpr double max_fill_fraction = 0.75;
 
 /// All garments of a page, and the atlas of their images.
 struct Page {
-  std::vector<std::uint32_t> given;                    ///< by input()
+  std::vector<std::uint32_t> input_words;              ///< by input()
   std::vector<std::shared_ptr<LoadedFabric>> fabrics;  ///< null: removed
   std::vector<std::unique_ptr<Garment>> garments;      ///< null: removed
-  std::uint64_t garments_made = 0;
+  std::uint64_t made_garment_count = 0;
 
   Atlas atlas;
   std::uint64_t frame = 1;
-  std::uint64_t atlas_mark = 1;
-  std::uint64_t packed_at = 0;  ///< frame
-  std::size_t image_memory = 0;
-  double fill = max_fill;
-  double full_need = 0;              ///< all_need() when images found no room
-  bool is_full = false;              ///< images have found no room since take_events()
-  bool has_moved = false;            ///< tiles have moved since take_events()
-  std::vector<std::uint16_t> table;  ///< [entry]: tiles of front and back
+  std::uint64_t last_use_mark = 1;
+  std::uint64_t packed_frame = 0;  ///< frame
+  std::size_t image_memory_bytes = 0;
+  double fill = max_fill_fraction;
+  double needed_bytes_when_full = 0;  ///< all_need() when images found no room
+  bool is_full = false;               ///< images have found no room since take_events()
+  bool has_moved = false;             ///< tiles have moved since take_events()
+  std::vector<std::uint16_t> table;   ///< [entry]: tiles of front and back
   std::vector<TileNumbers> tiles;
   struct {
     std::vector<std::array<V2i, 2>> places;  ///< and sizes, of tiles whose texels lie one after the other
@@ -98,7 +99,7 @@ extern Page page;
 
 template <class T>
 const T* input_as() {
-  return reinterpret_cast<const T*>(page.given.data());
+  return reinterpret_cast<const T*>(page.input_words.data());
 }
 
 }  // namespace selvedge::web
