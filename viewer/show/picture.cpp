@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "format/base/guard.h"
+#include "format/scene/framing.h"
 #include "viewer/accuracy.h"
 #include "viewer/orbit.h"
 #include "viewer/scene/change_fabrics.h"
@@ -15,7 +16,8 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vecto
   if (!points) return tl::unexpected(points.error());
   std::unique_ptr<ShowPicture> picture(new ShowPicture);
   picture->corners_ = box_corners(*points);
-  picture->drawn_.size = std::max((picture->corners_.back() - picture->corners_.front()).length(), 1e-9);
+  picture->drawn_.scene_diagonal =
+      std::max((picture->corners_.back() - picture->corners_.front()).length(), 1e-9);
   picture->scene_ = std::move(scene);
   picture->fabrics_ = std::move(fabrics);
   picture->scene_.fabrics.resize(picture->fabrics_.size());
@@ -24,9 +26,16 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vecto
 
 Result<ShowState> ShowPicture::first_state(const CameraOptions& options, double aspect) const {
   ShowState state;
-  state.worn.fabrics = fabrics_of(scene_);
-  state.worn.fits.resize(scene_.materials.size());
-  return start_orbit(corners_, aspect, options).map([&](const CameraOptions& orbit) {
+  state.worn_fabrics.fabrics = fabrics_of(scene_);
+  state.worn_fabrics.fits.resize(scene_.materials.size());
+  CameraOptions turned = options;
+  if (options.azimuth == 0 && options.elevation == 0) {
+    const Result<Framing> framing = frame_scene(scene_);
+    if (!framing) return tl::unexpected(framing.error());
+    turned.azimuth = framing->azimuth;
+    turned.elevation = framing->elevation;
+  }
+  return start_orbit(corners_, aspect, turned).map([&](const CameraOptions& orbit) {
     state.camera = orbit;
     return state;
   });
@@ -50,37 +59,38 @@ void ShowPicture::drop_renderers() {
 
 void ShowPicture::load(const ShowState& state) {
   drop_renderers();
-  two_ = state.beside.has_value();
+  two_ = state.compared_fabrics.has_value();
   options_.path = static_cast<RenderPath>(state.path);
   // Starts from defaults, as the previous state may have been refused.
   options_.levels = state.levels;
   set_light(state);
   options_.lights.clear();
-  load(state.worn, sides_[0]);
-  if (two_) load(*state.beside, sides_[1]);
+  load(state.worn_fabrics, sides_[0]);
+  if (two_) load(*state.compared_fabrics, sides_[1]);
 }
 
 void ShowPicture::load(const FabricChoice& choice, ShownSide& side) {
-  side.dressed = change_fabrics(scene_, fabrics_, choice.fabrics);
-  fit_fabrics(choice.fits, fabrics_, side.dressed);
-  side.dressed.memory_left = scene_.memory_left / sides().size();
-  side.renderer = value_or_throw(Renderer::create(side.dressed, fabrics_, options_));
+  side.dressed_scene = change_fabrics(scene_, fabrics_, choice.fabrics);
+  fit_fabrics(choice.fits, fabrics_, side.dressed_scene);
+  side.dressed_scene.memory_left = scene_.memory_left / sides().size();
+  side.renderer = value_or_throw(Renderer::create(side.dressed_scene, fabrics_, options_));
 }
 
 /// All light but the lamps.
 void ShowPicture::set_light(const ShowState& state) {
   options_.environment.reset();
-  options_.backdrop = -1;
-  options_.shadows = state.shadows;
-  options_.around = around_in_world(state);
-  options_.ambient = state.ambient;
+  options_.backdrop_roughness = -1;
+  options_.shadow_map_size = state.shadow_map_size;
+  options_.smooth_light = smooth_light_in_world(state);
+  options_.mirrored_ambient = state.ambient;
   if (state.environment < 0) return;
   const Surroundings& shown = *state.environments[state.environment];
   if (turned_of_ != &shown) turned_ = std::make_shared<Environment>(shown.environment);
   turned_of_ = &shown;
-  turned_->options = {static_cast<double>(state.turn), static_cast<double>(state.strength)};
+  turned_->options = {static_cast<double>(state.environment_turn),
+                      static_cast<double>(state.environment_strength)};
   options_.environment = turned_;
-  if (state.backdrop) options_.backdrop = state.backdrop_blur;
+  if (state.has_backdrop) options_.backdrop_roughness = state.backdrop_roughness;
 }
 
 void ShowPicture::draw(const ShowState& state) {
@@ -88,7 +98,7 @@ void ShowPicture::draw(const ShowState& state) {
   drawn_.camera = value_or_throw(make_camera(corners_, aspect_, state.camera));
   options_.levels = state.levels;
   options_.cells = moving_cell_images;
-  options_.cells.memory = state.image_memory / sides().size();
+  options_.cells.memory = state.image_memory_bytes / sides().size();
   set_light(state);
   options_.lights = drawn_.lights = lights_in_world(state, drawn_.camera);
   for (ShownSide& side : sides()) {
@@ -97,13 +107,13 @@ void ShowPicture::draw(const ShowState& state) {
     value_or_throw(side.renderer->draw(drawn_.camera, options_, side.frame, stats));
   }
   drawn_.draw_seconds = watch.seconds();
-  drawn_.accuracy = 0;
+  drawn_.accuracy_db = 0;
   refined_ = 0;
 }
 
 /// Turns what was drawn into bytes.
 void ShowPicture::display(const ShowState& state) {
-  bar_ = state.bar;
+  bar_ = state.divider;
   if (two_) {
     const auto& [worn, beside] = sides_;
     const auto width = static_cast<std::size_t>(worn.frame.width);
@@ -122,12 +132,12 @@ void ShowPicture::display(const ShowState& state) {
 Result<void> ShowPicture::update(const ShowState& state, Change change, const V2i& size, double divisor,
                                  const std::atomic<bool>* interrupted) {
   if (change == Change::none) return {};
-  options_.interrupted = interrupted;
+  options_.interrupt_flag = interrupted;
   aspect_ = static_cast<double>(size.x) / size.y;
   options_.width = std::max(1, static_cast<int>(std::lround(size.x / divisor)));
   options_.height = std::max(1, static_cast<int>(std::lround(size.y / divisor)));
   options_.layers = state.layers;
-  return result_of([&] {
+  return catch_failure([&] {
     if (change == Change::scene || !sides_[0].renderer) {
       load(state);
       change = Change::scene;
@@ -137,13 +147,13 @@ Result<void> ShowPicture::update(const ShowState& state, Change change, const V2
     const Frame& last = sides_[0].frame;
     if (change >= Change::frame || last.width != options_.width || last.height != options_.height)
       draw(state);
-    if (!options_.ends()) display(state);
+    if (!options_.is_interrupted()) display(state);
   });
 }
 
 Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>* interrupted) {
-  constexpr int n = samples_at_rest;
-  options_.interrupted = interrupted;
+  constexpr int n = rest_samples_per_side;
+  options_.interrupt_flag = interrupted;
   if (!sides_[0].renderer || options_.path > RenderPath::raster || refined_ == n * n) return false;
   RenderOptions options = options_;
   options.levels.footprint = 1.0F / n;
@@ -152,12 +162,12 @@ Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>
   Camera camera = drawn_.camera;
   const int row = refined_ / n;
   const V2d place((refined_ % n + 0.5) / n - 0.5, (row + 0.5) / n - 0.5);
-  camera.window_centre += place * camera.window_half * 2.0 / V2d(options.width, options.height);
+  camera.window_centre += place * camera.window_half_size * 2.0 / V2d(options.width, options.height);
   RenderStats stats;
   for (ShownSide& side : sides()) {
     if (auto good = side.renderer->draw(camera, options, side.sample, stats); !good)
       return tl::unexpected(good.error());
-    if (options_.ends()) return false;
+    if (options_.is_interrupted()) return false;
     drawn_.stats.remarks = stats.remarks;
   }
   ++refined_;
@@ -172,7 +182,7 @@ Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>
                              static_cast<float>(n * n);
     }
   }
-  if (refined_ == n * n) drawn_.accuracy = decibels_between(sides_[0].first, sides_[0].frame);
+  if (refined_ == n * n) drawn_.accuracy_db = frame_psnr_db(sides_[0].first, sides_[0].frame);
   display(state);
   return true;
 }

@@ -24,9 +24,9 @@ struct DrawnPicture {
   std::vector<Light> lights;
   RenderStats stats;
   double draw_seconds = 0;
-  double accuracy =
-      0;  ///< dB of a full frame, as while something moves, beside the picture at rest; 0: not known yet
-  double size = 1;  ///< diagonal of the scene, m
+  double accuracy_db =
+      0;  ///< dB of a full frame, as while something moves, against the picture at rest; 0: not known yet
+  double scene_diagonal = 1;  ///< diagonal of the scene, m
 };
 
 class ShowPicture {
@@ -34,7 +34,8 @@ class ShowPicture {
   /// `fabrics[i]` is scene.fabrics[i]; further ones may follow.
   static Result<std::unique_ptr<ShowPicture>> create(Scene scene, std::vector<Fabric> fabrics);
 
-  /// The initial state, with the fabrics of the scene and `options` as an orbit.
+  /// The initial state, with the fabrics of the scene and `options` as an orbit; without an angle, from the
+  /// side that frame_scene() finds.
   Result<ShowState> first_state(const CameraOptions& options, double aspect) const;
 
   /// Adds a fabric, which ShowState::fabrics can then refer to. Errors as read_fabric(), without effect on
@@ -46,17 +47,18 @@ class ShowPicture {
   Result<void> update(const ShowState& state, Change change, const V2i& size, double divisor,
                       const std::atomic<bool>* interrupted = nullptr);
 
-  /// Adds the next of samples_at_rest x samples_at_rest samples of each pixel to the picture of the last
-  /// update(), in which they replace the first ones; after the last the picture has so much supersampling.
-  /// Returns whether the picture changed: not if all are there or it was interrupted; on the hybrid path.
+  /// Adds the next of rest_samples_per_side x rest_samples_per_side samples of each pixel to the picture of
+  /// the last update(), in which they replace the first ones; after the last the picture has so much
+  /// supersampling. Returns whether the picture changed: not if all are there or it was interrupted; on the
+  /// hybrid path.
   Result<bool> refine(const ShowState& state, const std::atomic<bool>* interrupted = nullptr);
-  static constexpr int samples_at_rest = 3;
+  static constexpr int rest_samples_per_side = 3;
 
   /// The nearest surface at a point of [0, 1)^2, from the top left, of the last picture, if there is one.
   Result<std::optional<PixelProbe>> probe(const V2d& point);
 
-  const Scene& scene() const { return scene_; }               ///< its fabrics are fabrics()
-  const Scene& dressed() const { return sides_[0].dressed; }  ///< in what is worn
+  const Scene& scene() const { return scene_; }                           ///< its fabrics are fabrics()
+  const Scene& dressed_scene() const { return sides_[0].dressed_scene; }  ///< in what is worn
   const std::vector<Fabric>& fabrics() const { return fabrics_; }
 
   /// The frame: left of the bar the fabrics that are compared with, else the worn ones.
@@ -66,7 +68,7 @@ class ShowPicture {
  private:
   /// The scene in one choice.
   struct ShownSide {
-    Scene dressed;
+    Scene dressed_scene;
     std::unique_ptr<Renderer> renderer;
     Frame frame;
     Frame sample;
@@ -85,7 +87,7 @@ class ShowPicture {
   void set_light(const ShowState& state);
 
   Scene scene_;
-  std::array<ShownSide, 2> sides_;  ///< ShowState::worn and ShowState::beside
+  std::array<ShownSide, 2> sides_;  ///< ShowState::worn and ShowState::compared_fabrics
   bool two_ = false;                ///< the second is shown
   std::vector<Fabric> fabrics_;
   std::vector<V3d> corners_;

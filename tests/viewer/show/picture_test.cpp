@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <numbers>
 
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
@@ -57,6 +58,16 @@ TEST_CASE("a picture that was resized is the one of that size from the start") {
   CHECK(same(picture->frame(), fresh->frame()));
 }
 
+TEST_CASE("the first view is from a garment's broad side, unless it is asked for another") {
+  Scene scene = two_squares();
+  for (SceneInstance& part : scene.instances) part.world.rotate(V3d(0, 0.5 * std::numbers::pi, 0));
+  const auto picture = picture_of(scene, two_fabrics());
+  CHECK(std::abs(test::need(picture->first_state({}, 1.25)).camera.azimuth) == doctest::Approx(90));
+  CameraOptions asked;
+  asked.azimuth = 20;
+  CHECK(test::need(picture->first_state(asked, 1.25)).camera.azimuth == 20);
+}
+
 TEST_CASE("a picture at rest gets nine samples a pixel, and a change begins anew") {
   const std::vector<Fabric> fabrics = two_fabrics();
   const auto picture = picture_of(two_squares(), fabrics);
@@ -64,7 +75,7 @@ TEST_CASE("a picture at rest gets nine samples a pixel, and a change begins anew
   state.camera.azimuth = 30;
   test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
   const Frame first = picture->frame();
-  constexpr int n = ShowPicture::samples_at_rest;
+  constexpr int n = ShowPicture::rest_samples_per_side;
   for (int i = 0; i < n * n; ++i) CHECK(test::need(picture->refine(state)));
   CHECK_FALSE(test::need(picture->refine(state)));
   RenderOptions options;
@@ -96,17 +107,17 @@ TEST_CASE("two choices of fabrics show side by side what each shows alone, at re
   };
   ShowState one = state_of(*picture_of(two_squares(), two_fabrics()));
   ShowState other = one;
-  other.worn.fabrics = {1, -1};
-  other.worn.fits[0].size = 1.5;
+  other.worn_fabrics.fabrics = {1, -1};
+  other.worn_fabrics.fits[0].stitch_scale = 1.5;
   ShowState both = one;
-  CHECK(switch_beside(both) == Change::scene);
-  both.worn = other.worn;
+  CHECK(toggle_comparison(both) == Change::scene);
+  both.worn_fabrics = other.worn_fabrics;
   const auto left = at_rest(one);
   const auto right = at_rest(other);
   const auto divided = at_rest(both);
   for (const float bar : {0.5F, 0.0F, 0.31F, 1.0F}) {
     CAPTURE(bar);
-    both.bar = bar;
+    both.divider = bar;
     test::need(divided->update(both, Change::display, size, 1));
     for (int i = 0; i < size.x * size.y; ++i) {
       const bool on_left = i % size.x < std::lround(bar * static_cast<float>(size.x));
@@ -121,7 +132,7 @@ TEST_CASE("two choices of fabrics show side by side what each shows alone, at re
       CHECK(seen->radiance == alone->radiance);
     }
   }
-  CHECK(switch_beside(both) == Change::scene);
+  CHECK(toggle_comparison(both) == Change::scene);
   CHECK(same(at_rest(both)->frame(), right->frame()));
 }
 
@@ -134,14 +145,14 @@ TEST_CASE("shadows and light from all sides come and go between frames") {
   state.camera.azimuth = 20;
   test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
   const Frame plain = picture->frame();
-  state.shadows = 256;
+  state.shadow_map_size = 256;
   test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
   CHECK_FALSE(same(picture->frame(), plain));
-  CHECK(picture->drawn().stats.shadows > 0);
-  state.shadows = 0;
+  CHECK(picture->drawn().stats.shadow_seconds > 0);
+  state.shadow_map_size = 0;
   test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
   CHECK(test::decibels(picture->frame(), plain, 1) > 60);
-  CHECK(picture->drawn().stats.shadows == 0);
+  CHECK(picture->drawn().stats.shadow_seconds == 0);
   state.ambient = 0.5F;
   test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
   CHECK_FALSE(same(picture->frame(), plain));
@@ -165,10 +176,10 @@ TEST_CASE("every path of the window draws what render draws by it, and what a pa
     const Frame expected = test::need(render(two_squares(), fabrics, picture->drawn().camera, options));
     CHECK(same(picture->frame(), expected));
   }
-  state.shadows = 3;
+  state.shadow_map_size = 3;
   CHECK(test::error_of(picture->update(state, Change::frame, V2i(100, 80), 1)).code ==
         Code::option_out_of_range);
-  state.shadows = 0;
+  state.shadow_map_size = 0;
   test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
 }
 
@@ -177,28 +188,29 @@ TEST_CASE("the window's environment is render's, turned, scaled and behind the s
   const auto picture = picture_of(two_squares(), fabrics);
   ShowState state = state_of(*picture);
   state.lights.clear();
-  state.environments = {std::make_shared<const Surroundings>(Surroundings{"", studio(), divide(studio())})};
+  state.environments = {std::make_shared<const Surroundings>(
+      Surroundings{"", studio_environment(), split_light(studio_environment())})};
   state.environment = 0;
-  state.strength = 1.5F;
-  state.backdrop = true;
+  state.environment_strength = 1.5F;
+  state.has_backdrop = true;
   // To the right by a quarter of the picture's height.
   ShowInput input;
   input.grip = ShowInput::Grip::light;
   input.drag = V2d(0.25, 0);
-  CHECK(apply(input, 1.25, picture->drawn().size, state) == Change::frame);
-  CHECK(state.turn == 45);
+  CHECK(apply(input, 1.25, picture->drawn().scene_diagonal, state) == Change::frame);
+  CHECK(state.environment_turn == 45);
   test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
-  const Environment turned_studio = studio({45, 1.5});
-  const EnvironmentLight light = divide(turned_studio);
+  const Environment turned_studio = studio_environment({45, 1.5});
+  const EnvironmentLight light = split_light(turned_studio);
   RenderOptions options;
   options.width = 100;
   options.height = 80;
   options.levels = state.levels;
   options.cells = moving_cell_images;
   options.lights = light.lamps;
-  options.around = light.rest;
+  options.smooth_light = light.smooth_light;
   options.environment = std::make_shared<const Environment>(turned_studio);
-  options.backdrop = 0;
+  options.backdrop_roughness = 0;
   const Frame expected = test::need(render(two_squares(), fabrics, picture->drawn().camera, options));
   for (std::size_t i = 0; i < expected.pixels.size(); ++i)
     REQUIRE((picture->frame().pixels[i] - expected.pixels[i]).length() <= 1e-4 * expected.pixels[i].length());
@@ -219,7 +231,7 @@ TEST_CASE("the probe tells the texel of a forced level and the light of the refe
   ShowState state = state_of(*picture);
   state.camera.azimuth = 25;
   state.camera.elevation = 10;
-  state.levels.forced = 0;
+  state.levels.forced_level = 0;
   state.camera.projection = Projection::parallel;
   const V2i size(100, 80);
   test::need(picture->update(state, Change::scene, size, 1));
@@ -238,8 +250,8 @@ TEST_CASE("the probe tells the texel of a forced level and the light of the refe
     V3f sum(0, 0, 0);
     float alpha = 0;
     float brightest = 0;
-    for (std::size_t k = 0; k < p.lights.size(); ++k) {
-      const Shading s = evaluate(fabric, 0, texel.x, texel.y, p.lights[k], p.view);
+    for (std::size_t k = 0; k < p.to_lights.size(); ++k) {
+      const Shading s = evaluate(fabric, 0, texel.x, texel.y, p.to_lights[k], p.to_viewer);
       sum += s.radiance * picture->drawn().lights[k].irradiance;
       alpha = s.alpha;
       brightest = std::max({brightest, sum.x, sum.y, sum.z});
