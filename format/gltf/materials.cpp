@@ -9,6 +9,7 @@
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/names.h"
 #include "format/gltf/uri.h"
+#include "format/picture/picture_type.h"
 
 namespace selvedge {
 namespace {
@@ -30,6 +31,8 @@ Wrap wrap_of(const Json& value) {
   if (value == clamp_to_edge) return Wrap::clamp;
   return value == mirrored_repeat ? Wrap::mirror : Wrap::repeat;
 }
+
+constexpr const char* remedy = "which is not read: gltf-transform (png, ktxdecompress) makes PNG of it";
 
 class Reader {
  public:
@@ -131,10 +134,8 @@ class Reader {
     const Json& webp = member(member(member(json, "extensions"), names::gltf::texture_webp), "source");
     if (core.is_null() && webp.is_null()) {
       const std::string format = unsupported_texture_format(json);
-      add_remark(scene_,
-                 fmt::format("{}{}/{} of \"{}\" is {}, which is not read: gltf-transform (png, "
-                             "ktxdecompress) makes PNG of it",
-                             place_, within, name, name_, format.empty() ? "of an unknown format" : format));
+      add_remark(scene_, fmt::format("{}{}/{} of \"{}\" is {}, {}", place_, within, name, name_,
+                                     format.empty() ? "of an unknown format" : format, remedy));
       return texture;
     }
     texture.image = add_image(index_of(core.is_null() ? webp : core));
@@ -153,6 +154,9 @@ class Reader {
       if (image.name.empty() && !uri.starts_with("data:")) image.name = uri;
       image_bytes_ -= bytes->size();
       image.bytes = std::move(*bytes);
+      const std::string_view type = picture_type(image.bytes);
+      if (type == "image/ktx2" || type == "image/avif")
+        add_remark(scene_, fmt::format("/images/{} is {}, {}", index, type, remedy));
       result = static_cast<int>(scene_.images.size());
       scene_.images.push_back(std::move(image));
     } else {

@@ -160,7 +160,12 @@ TEST_CASE("gltf: only bytes that are a picture are embedded, however short they 
       CAPTURE(size);
       const std::string cut = bytes.substr(0, size);
       test::write_bytes(folder / "file", cut);
-      test::write_bytes(folder / "a.gltf", R"({"asset":{"version":"2.0"},"images":[{"uri":"file"}]})");
+      test::write_bytes(folder / "a.gltf",
+                        R"({"asset":{"version":"2.0"},"images":[{"uri":"file"}],)"
+                        R"("textures":[{"source":0}],"materials":[{"emissiveTexture":{"index":0}}]})");
+      const bool is_read = !type.ends_with("avif") && !type.ends_with("ktx2");
+      if (size == bytes.size() && !type.empty())
+        CHECK(test::need(read_scene(folder / "a.gltf")).remarks.empty() == is_read);
       REQUIRE(save_gltf(test::need(load_gltf(folder / "a.gltf")), folder / "b.glb"));
       const Json image = test::need(load_gltf(folder / "b.glb")).json["images"][0];
       const bool embedded = image.contains("bufferView");
