@@ -13,7 +13,7 @@ class ShowLoop {
   struct Options {
     std::string input;                ///< the garment or fabric that is shown first
     std::string screenshot;           ///< of the window as it was when it closed, .png; empty: none
-    bool needs_last_picture = false;  ///< what is told after the end needs the picture of the last events
+    bool needs_last_picture = false;  ///< the report after the end shows the picture of the last events
   };
   ShowLoop(Options options, Window& window, PictureThread& background, const GlFunctions& gl,
            const ShowState& state);

@@ -23,7 +23,7 @@ struct ChosenMaterials {
 /// Gives triangles without a material a new one, "fabric".
 void add_missing_material(GltfDocument& document);
 
-/// `all` leaves alone what is no cloth. A name tells: the material's own, else the names of all of its
+/// `all` leaves alone what is no cloth. Names decide: the material's own, else the names of all of its
 /// meshes, their nodes and the parents of these. Words are parts of names between digits, signs and capitals;
 /// one of cloth (shirt, sofa, cotton ...) wins, unless skin or hardware follows (shirt button); a body is not
 /// beside skin or hair, a leg beside velvet. Where names say nothing: glass that light passes through,

@@ -37,7 +37,7 @@ constexpr float lustre_of_gloss = 0.7F;
 using Functions = std::array<float, functions>;
 using Moments = std::array<Functions, orders>;
 /// The functions of three colours, [colour * functions + function], and zeros up to whole vectors.
-struct alignas(64) ColourFunctions {
+struct alignas(64) ColourValues {
   std::array<float, 32> v{};
 };
 static_assert(3 * functions <= 32);
@@ -135,7 +135,7 @@ void Exchange::add(const ForEachLink& for_each_link) {
 
 /// Adds what patches send to the one that has this row, for all colours at once.
 SELVEDGE_WIDE
-void add_row(std::span<const Exchange::Part> row, const ColourFunctions* sent, ColourFunctions& to) {
+void add_row(std::span<const Exchange::Part> row, const ColourValues* sent, ColourValues& to) {
   using Half = float __attribute__((vector_size(64)));
   Half low;
   Half high;
@@ -154,8 +154,8 @@ void add_row(std::span<const Exchange::Part> row, const ColourFunctions* sent, C
 
 /// `back` times the light of a side of a wall, and `through` times the other side's.
 SELVEDGE_WIDE
-void send_on(const V3f& back, const ColourFunctions& light, const V3f& through, const ColourFunctions& other,
-             ColourFunctions& sent) {
+void send_on(const V3f& back, const ColourValues& light, const V3f& through, const ColourValues& other,
+             ColourValues& sent) {
   for (int c = 0; c < 3; ++c) {
     for (int k = c * functions; k < (c + 1) * functions; ++k)
       sent.v[k] = back[c] * light.v[k] + through[c] * other.v[k];
@@ -264,8 +264,8 @@ class LineLight {
   void light_directly(bool below);
   void light_first(bool below);
   void send_first(const PatchFace& from, const PatchFace& to, float area, bool with_moments);
-  void send(int patch, std::vector<ColourFunctions>& sent) const;
-  bool solve(std::vector<ColourFunctions>& settled);
+  void send(int patch, std::vector<ColourValues>& sent) const;
+  bool solve(std::vector<ColourValues>& settled);
   void add_to(std::vector<LitPoint>& places, int curve, bool below) const;
 
   const Yarns& yarns_;
@@ -281,8 +281,8 @@ class LineLight {
   std::vector<Moments> met_;     ///< of fronts: light by way of one other patch, likewise, over all colours
   std::vector<Functions> sky_;   ///< irradiance from the sky
   std::vector<std::array<double, light_moment_count>> moments_;  ///< of fronts: of the light that they meet
-  std::vector<ColourFunctions> light_;                           ///< irradiance by way of others
-  std::array<std::vector<ColourFunctions>, 2> lit_;  ///< the same from above and below, when it is found
+  std::vector<ColourValues> light_;                              ///< irradiance by way of others
+  std::array<std::vector<ColourValues>, 2> lit_;  ///< the same from above and below, when it is found
 };
 
 void LineLight::find_exchange() {
@@ -399,7 +399,7 @@ void LineLight::light_first(bool below) {
 }
 
 /// Sends on the light that reached a patch by way of others, and the sky's through its wall.
-void LineLight::send(int patch, std::vector<ColourFunctions>& sent) const {
+void LineLight::send(int patch, std::vector<ColourValues>& sent) const {
   const Wall& wall = walls_[curve_[patch]];
   if (!is_inside(patch)) {
     send_on(back_of(patch) + V3f(wall.gloss), light_[patch], is_front(patch) ? wall.through : V3f(0),
@@ -408,7 +408,7 @@ void LineLight::send(int patch, std::vector<ColourFunctions>& sent) const {
   }
   const int first = (patch - patches_.first_inside()) * YarnPatches::fronts_per_inside;
   float area = 1e-30F;
-  ColourFunctions mean;
+  ColourValues mean;
   for (int p = first; p < first + YarnPatches::fronts_per_inside; ++p) {
     area += area_[p];
     for (int k = 0; k < 3 * functions; ++k) mean.v[k] += area_[p] * (sky_[p][k % functions] + light_[p].v[k]);
@@ -421,12 +421,12 @@ void LineLight::send(int patch, std::vector<ColourFunctions>& sent) const {
 
 /// Adds to the light by way of one other patch what comes by way of more, by symmetric Gauss-Seidel sweeps.
 /// `settled`: each colour as it is when it no longer changes.
-bool LineLight::solve(std::vector<ColourFunctions>& settled) {
+bool LineLight::solve(std::vector<ColourValues>& settled) {
   constexpr int max_sweeps = 500;
   constexpr double tolerance = 2e-4;
-  const std::vector<ColourFunctions> by_one = light_;
+  const std::vector<ColourValues> by_one = light_;
   settled.resize(light_.size());
-  std::vector<ColourFunctions> sent(light_.size());
+  std::vector<ColourValues> sent(light_.size());
   for (int p = 0; p < patches_.count(); ++p) send(p, sent);
   std::array<double, 3> before{};
   std::vector<int> colours{0, 1, 2};  // that change
@@ -439,7 +439,7 @@ bool LineLight::solve(std::vector<ColourFunctions>& settled) {
     std::array<double, 3> all{};
     for (int step = 0; step < patches_.count(); ++step) {
       const int p = sweep % 2 == 0 ? step : patches_.count() - 1 - step;
-      ColourFunctions sum = by_one[p];
+      ColourValues sum = by_one[p];
       add_row(exchange_.row(p), sent.data(), sum);
       for (const int c : colours) {
         // The first function is even light.
@@ -543,7 +543,7 @@ void LineLight::find_places(int c, std::vector<LitPoint>& all) const {
 
 void LineLight::add_to(std::vector<LitPoint>& places, int c, bool below) const {
   const EvenLight& even = even_light();
-  const std::vector<ColourFunctions>& light = lit_[below ? 1 : 0];
+  const std::vector<ColourValues>& light = lit_[below ? 1 : 0];
   const YarnCurve& curve = yarns_.data().curves[c];
   const Gloss& gloss = curve.gloss;
   const V3f reflected =

@@ -197,8 +197,8 @@ void CellStore::begin(const CellFrame& frame) {
   interrupts_ = &frame.options;
   options_ = frame.options.cells;
   levels_ = frame.options.levels;
-  has_windows_ = frame.has_windows;
-  may_be_late_ = frame.may_be_late;
+  has_windows_ = frame.crops_to_parts;
+  may_be_late_ = frame.may_show_parents;
   // Samples, texels of shadows and detail are of a pixel of the picture.
   const float fraction = levels_.footprint / static_cast<float>(frame.supersample);
   for (float* per_pixel : {&options_.samples, &options_.shadow_texels_per_pixel, &options_.detail})
@@ -422,7 +422,7 @@ std::optional<float> CellStore::budget(std::span<Work> all, float samples, const
   if (request.coarsening == 0) {
     // Images that the next frame shows again have room beside each other.
     const double whole =
-        std::max({full, request.frame_bytes, options_.remade_fraction < 1 ? last_demand_ : 0});
+        std::max({full, request.frame_need_bytes, options_.remade_fraction < 1 ? last_demand_ : 0});
     room_ = whole > most ? most / whole * full : most;
     memory_.wanted_bytes = std::max(memory_.wanted_bytes, whole);
   }
@@ -588,14 +588,14 @@ void CellStore::alias(PatchSide patch, PatchSide other) {
 }
 
 CellAnswer CellStore::make(const CellRequest& request) {
-  if (request.max_bytes > 0) options_.memory = static_cast<std::size_t>(request.max_bytes);
+  if (request.budget_bytes > 0) options_.memory = static_cast<std::size_t>(request.budget_bytes);
   for (const PatchSide patch : aliases_) own_look(patch) = {};
   aliases_.clear();
   float samples = options_.samples;
   std::vector<Work> all(request.needs.size());
   parallel_each(all.size(), needs_per_task, [&](std::size_t i) {
     all[i].patch = request.needs[i].patch;
-    all[i].wanted = wanted(request.needs[i], samples, request.is_behind);
+    all[i].wanted = wanted(request.needs[i], samples, request.seen_through_holes);
     all[i].kept = kept_[all[i].patch];
   });
   const std::optional<float> larger = budget(all, samples, request);

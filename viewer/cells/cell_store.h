@@ -51,17 +51,17 @@ struct CellFrame {
   const DrawOptions& options;
   int supersample = 1;  ///< pixels of the frame along either side of a pixel of the picture
   CellLights lights;
-  bool has_windows = false;  ///< images of patches that are parts of a repeat show these alone
-  bool may_be_late = false;  ///< while it moves, patches without time for an image show their parents'
+  bool crops_to_parts = false;    ///< images of patches that are parts of a repeat show these alone
+  bool may_show_parents = false;  ///< while it moves, patches without time for an image show their parents'
 };
 
 /// A call of CellStore::make().
 struct CellRequest {
   std::span<const PatchNeed> needs;
-  bool is_behind = false;  ///< only holes of other surfaces show them
-  int coarsening = 0;      ///< levels by which parents are needed in place of patches
-  double max_bytes = 0;    ///< of images; 0: CellImageOptions::memory
-  double frame_bytes = 0;  ///< CellStore::bytes_of() the frame's needs, if these are some of them
+  bool seen_through_holes = false;  ///< only holes of other surfaces show them
+  int coarsening = 0;               ///< levels by which parents are needed in place of patches
+  double budget_bytes = 0;          ///< of images; 0: CellImageOptions::memory
+  double frame_need_bytes = 0;      ///< CellStore::bytes_of() the frame's needs, if these are some of them
 };
 
 /// If no image was made: the levels to try next, with patches that are late (CellStore::is_late()).
