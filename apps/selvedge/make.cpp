@@ -200,13 +200,9 @@ void add_quality(Options& options, MakeCommand& command) {
                       "needs --indirect paths", {"--bounces", "--grid"});
     if (!given("--lobes")) make.fit.lobes = quality.fit.lobes;
     make.write = quality.write;
-    make.budget_texels = 0;
-    make.layer_budget_bytes.reset();
     make.requires_yarn = given("--yarns");
     // Without a table by name, layers are not chosen.
-    if (given("--no-table") || given("--bytes")) return;
-    make.layer_budget_bytes = quality.layer_budget_bytes;
-    make.budget_texels = quality.budget_texels;
+    make.chooses_layers = quality.chooses_layers && !given("--no-table") && !given("--bytes");
   });
 }
 
@@ -426,7 +422,7 @@ MadeFabric make_file(const MakeCommand& command) {
   value_or_throw(check_writable({command.output, command.samples_path, command.depfile}));
   MakeCommand needed = command;
   // Else no layers are chosen.
-  if (!command.options.layer_budget_bytes && !command.options.file_bytes && command.samples_path.empty())
+  if (!command.options.chooses_layers && !command.options.file_bytes && command.samples_path.empty())
     needed.options.bake.validation_pairs = 0;
   Baked baked = bake_cell(needed);
   if (!command.samples_path.empty()) value_or_throw(write_samples(command.samples_path, baked.samples));

@@ -13,6 +13,7 @@
 #include "converter/stitch/textile.h"
 #include "fitter/budget/candidates.h"
 #include "format/base/guard.h"
+#include "format/base/mip.h"
 #include "format/fabric/json_parts.h"
 #include "format/fabric/size.h"
 
@@ -23,32 +24,10 @@ namespace {
 constexpr std::array<double, all_sides.size()> budget_weights{1, 0.5, 0.4, 0.4};
 /// Bytes of a side's parts and members beside its values, about.
 constexpr double overhead_of_side = 4500;
-
-/// Fits with layers chosen by level within the budget.
-FitResult fit_layers(SideSamples samples, const MakeOptions& options, const Progress& progress) {
-  const double texels = samples.header.texels();
-  const double growth = options.budget_texels > 0 ? std::max(texels / options.budget_texels, 1.0) : 1;
-  const Side side = samples.header.side;
-  const double bytes =
-      static_cast<double>(*options.layer_budget_bytes) * growth * budget_weights[index_of(side)];
-  const bool whole = side == Side::front;
-  const auto fitter = value_or_throw(LayerFitter::create(
-      std::move(samples.level), samples.header, samples.pairs[index_of(PairKind::validation)], options.fit,
-      progress, samples.pairs[index_of(PairKind::measured)],
-      whole ? std::numeric_limits<double>::infinity() : bytes - overhead_of_side));
-  LayerFit chosen = whole ? value_or_throw(fitter.choose_for_file(bytes, options.write))
-                          : fitter.choose(bytes, overhead_of_side);
-  return {std::move(chosen.fabric), std::move(chosen.levels)};
-}
-
-FitResult fit_side(SideSamples samples, const MakeOptions& options, const Progress& progress) {
-  // The text of a recipe takes no bytes from the levels.
-  nlohmann::json provenance = provenance_json(samples.header.provenance);
-  if (provenance.erase("recipe") > 0) samples.header.provenance = provenance.dump();
-  if (options.layer_budget_bytes) return fit_layers(std::move(samples), options, progress);
-  return value_or_throw(
-      fit(samples.level, samples.header, options.fit, progress, samples.pairs[index_of(PairKind::measured)]));
-}
+/// Bytes of a file of standard quality without its yarn, for these texels or fewer; in proportion for more.
+constexpr double standard_bytes = 22 << 10;
+constexpr double standard_texels = 64;
+double growth_of(const SamplesHeader& header) { return std::max(header.texels() / standard_texels, 1.0); }
 
 /// A fabric of these sides, the front first.
 Fabric joined(const std::vector<FitResult>& sides, const std::shared_ptr<const Yarns>& yarns) {
@@ -61,6 +40,97 @@ Fabric joined(const std::vector<FitResult>& sides, const std::shared_ptr<const Y
     fabric.add_side(std::move(other));
   }
   return fabric;
+}
+
+/// A search for layers that make a file as large as `bytes` lets it be. Sizes of layers are only estimated,
+/// so files are counted, and the room for layers is corrected.
+struct FileSearch {
+  double bytes = 0;
+  double room = 0;         ///< of the first try
+  double other_bytes = 0;  ///< of texts that are not known yet
+  double enough = 0;       ///< a file of this fraction of `bytes` ends the search
+  int max_tries = 0;
+  double smallest = std::numeric_limits<double>::infinity();  ///< file found
+
+  /// The largest fit found whose layers have at least `min_room`; else empty.
+  std::vector<FitResult> largest(const std::vector<LayerFitter>& fitters,
+                                 const std::shared_ptr<const Yarns>& yarn, const FabricWriteOptions& write,
+                                 double min_room = -std::numeric_limits<double>::infinity());
+  Failure no_room() const {
+    return Failure{{Code::option_out_of_range,
+                    {},
+                    "--bytes",
+                    fmt::format("{:.0f} bytes; the smallest file has {:.0f}", bytes, smallest)}};
+  }
+};
+
+std::vector<FitResult> FileSearch::largest(const std::vector<LayerFitter>& fitters,
+                                           const std::shared_ptr<const Yarns>& yarn,
+                                           const FabricWriteOptions& write, double min_room) {
+  const auto weights_end = budget_weights.begin() + static_cast<std::ptrdiff_t>(fitters.size());
+  const double weights = std::accumulate(budget_weights.begin(), weights_end, 0.0);
+  std::vector<FitResult> best;
+  double best_size = 0;
+  double last = 0;
+  double next_room = room;
+  for (int i = 0; i < max_tries && best_size < enough * bytes; ++i) {
+    std::vector<FitResult> fits;
+    double estimate = 0;
+    for (std::size_t k = 0; k < fitters.size(); ++k) {
+      LayerFit chosen = fitters[k].choose(next_room * budget_weights[k] / weights);
+      estimate += chosen.bytes;
+      fits.push_back({std::move(chosen.fabric), std::move(chosen.levels)});
+    }
+    const double size =
+        static_cast<double>(value_or_throw(fabric_file_bytes(joined(fits, yarn), write))) + other_bytes;
+    if (size == last) break;
+    last = size;
+    smallest = std::min(smallest, size);
+    if (size <= bytes && size > best_size && next_room >= min_room) {
+      best_size = size;
+      best = std::move(fits);
+    }
+    // If the file is too large, the correction has a small margin.
+    next_room = bytes - (size - estimate) - (size > bytes ? 0.002 * bytes : 0);
+  }
+  return best;
+}
+
+/// The candidates of a side; `room` is LayerFitter::create()'s.
+LayerFitter layer_fitter(SideSamples side, const MakeOptions& options, const Progress& progress,
+                         double room) {
+  return value_or_throw(LayerFitter::create(std::move(side.level), side.header,
+                                            side.pairs[index_of(PairKind::validation)], options.fit, progress,
+                                            side.pairs[index_of(PairKind::measured)], room));
+}
+
+/// Fits with layers chosen by level within the budget.
+FitResult fit_layers(SideSamples samples, const MakeOptions& options, const Progress& progress) {
+  const Side side = samples.header.side;
+  const double bytes = standard_bytes * growth_of(samples.header) * budget_weights[index_of(side)];
+  // The record of the fit is not known yet.
+  const double record = 90 + 210.0 * level_count(samples.level.width, samples.level.height);
+  if (side != Side::front) {
+    const double room = bytes - overhead_of_side;
+    LayerFit chosen = layer_fitter(std::move(samples), options, progress, room).choose(room);
+    return {std::move(chosen.fabric), std::move(chosen.levels)};
+  }
+  std::vector<LayerFitter> fitters;
+  fitters.push_back(
+      layer_fitter(std::move(samples), options, progress, std::numeric_limits<double>::infinity()));
+  FileSearch search{bytes, bytes - LayerFitter::typical_overhead, record, 0.98, 6};
+  std::vector<FitResult> fits = search.largest(fitters, nullptr, options.write);
+  if (fits.empty()) throw search.no_room();
+  return std::move(fits.front());
+}
+
+FitResult fit_side(SideSamples samples, const MakeOptions& options, const Progress& progress) {
+  // The text of a recipe takes no bytes from the levels.
+  nlohmann::json provenance = provenance_json(samples.header.provenance);
+  if (provenance.erase("recipe") > 0) samples.header.provenance = provenance.dump();
+  if (options.chooses_layers) return fit_layers(std::move(samples), options, progress);
+  return value_or_throw(
+      fit(samples.level, samples.header, options.fit, progress, samples.pairs[index_of(PairKind::measured)]));
 }
 
 /// Yarn that packs to fewer bytes: its nodes to 1/256 of the thinnest radius, its light to 1/64.
@@ -100,68 +170,34 @@ using ProgressOfSide = std::function<Progress(std::size_t)>;
 std::vector<FitResult> fit_whole(const Samples& samples, const MakeOptions& options, std::size_t sides,
                                  const ProgressOfSide& progress, std::shared_ptr<const Yarns>& yarns,
                                  std::vector<std::string>& remarks) {
-  constexpr int max_tries = 8;
-  constexpr double texts = 500;  // record, fallback and accuracy, which are not known yet
-  constexpr double standard_room = (22 << 10) - LayerFitter::typical_overhead;
   const auto bytes = static_cast<double>(*options.file_bytes);
   const double weights =
       std::accumulate(budget_weights.begin(), budget_weights.begin() + static_cast<int>(sides), 0.0);
   std::vector<LayerFitter> fitters;
-  for (std::size_t i = 0; i < sides; ++i) {
-    SideSamples side = side_samples(samples, all_sides[i]);
-    fitters.push_back(value_or_throw(LayerFitter::create(
-        std::move(side.level), side.header, side.pairs[index_of(PairKind::validation)], options.fit,
-        progress(i), side.pairs[index_of(PairKind::measured)], bytes * budget_weights[i] / weights)));
-  }
-  double smallest = std::numeric_limits<double>::infinity();
-  const auto fit_beside = [&](const std::shared_ptr<const Yarns>& yarn, double min_room) {
-    std::vector<FitResult> best;
-    double best_size = 0;
-    double last = 0;
-    double room = bytes / 2;
-    for (int i = 0; i < max_tries && best_size < 0.995 * bytes; ++i) {
-      std::vector<FitResult> fits;
-      double estimate = 0;
-      for (std::size_t k = 0; k < sides; ++k) {
-        LayerFit chosen = fitters[k].choose(room * budget_weights[k] / weights, 0);
-        estimate += chosen.bytes;
-        fits.push_back({std::move(chosen.fabric), std::move(chosen.levels)});
-      }
-      const double size =
-          static_cast<double>(value_or_throw(fabric_file_bytes(joined(fits, yarn), options.write))) + texts;
-      if (size == last) break;
-      last = size;
-      smallest = std::min(smallest, size);
-      if (size <= bytes && size > best_size && room >= min_room) {
-        best_size = size;
-        best = std::move(fits);
-      }
-      room = bytes - (size - estimate) - (size > bytes ? 0.002 * bytes : 0);
-    }
-    return best;
-  };
+  for (std::size_t i = 0; i < sides; ++i)
+    fitters.push_back(layer_fitter(side_samples(samples, all_sides[i]), options, progress(i),
+                                   bytes * budget_weights[i] / weights));
+  // Record, fallback and accuracy are not known yet.
+  FileSearch search{bytes, bytes / 2, 500, 0.995, 8};
   std::vector<FitResult> fits;
   if (yarns) {
-    fits = fit_beside(yarns, standard_room * weights * std::max(samples.header.texels() / 64.0, 1.0));
+    const double standard_room = (standard_bytes - LayerFitter::typical_overhead) * growth_of(samples.header);
+    fits = search.largest(fitters, yarns, options.write, standard_room * weights);
     if (fits.empty()) {
       yarns = std::make_shared<const Yarns>(rounded(yarns->data()), yarns->period());
-      fits = fit_beside(yarns, -std::numeric_limits<double>::infinity());
+      fits = search.largest(fitters, yarns, options.write);
     }
     if (!fits.empty()) return fits;
-    if (!options.requires_yarn) {
-      remarks.push_back(
-          fmt::format("the yarn has no room in {:.0f} bytes, and is left out: with it the "
-                      "smallest file has {:.0f}",
-                      bytes, smallest));
-      yarns = nullptr;
-    }
+    if (options.requires_yarn) throw search.no_room();
+    remarks.push_back(
+        fmt::format("the yarn has no room in {:.0f} bytes, and is left out: with it the "
+                    "smallest file has {:.0f}",
+                    bytes, search.smallest));
+    yarns = nullptr;
   }
-  if (!yarns) fits = fit_beside(nullptr, -std::numeric_limits<double>::infinity());
-  if (!fits.empty()) return fits;
-  throw Failure{{Code::option_out_of_range,
-                 {},
-                 "--bytes",
-                 fmt::format("{:.0f} bytes; the smallest file has {:.0f}", bytes, smallest)}};
+  fits = search.largest(fitters, nullptr, options.write);
+  if (fits.empty()) throw search.no_room();
+  return fits;
 }
 
 FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const Progress& progress) {
@@ -224,8 +260,7 @@ MakeOptions quality_named(std::string_view name) {
     o.fit.lobes = 1;
     o.write.half_layers.insert(LayerKind::lobes);
   } else {
-    o.layer_budget_bytes = 22 << 10;
-    o.budget_texels = o.bake.width * o.bake.height;
+    o.chooses_layers = true;
   }
   return o;
 }

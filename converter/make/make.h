@@ -23,10 +23,9 @@ struct MakeOptions {
   BakeOptions bake;
   FitOptions fit;
   FabricWriteOptions write;
-  /// Bytes of the file without its yarn, within which the layers of every level are chosen
-  /// (fitter/budget/candidates.h); without a budget every level has the paper's layers.
-  std::optional<std::uint64_t> layer_budget_bytes;
-  int budget_texels = 0;  ///< texels at level 0 that the budget is for: it grows with more; 0: it is fixed
+  /// Chooses the layers of every level within a budget (fitter/budget/candidates.h) of 22 KiB beside the
+  /// yarn, more for more than 64 texels. Else every level has the paper's layers.
+  bool chooses_layers = false;
   std::optional<std::uint64_t> file_bytes;  ///< of the whole file, in place of the budget
   bool requires_yarn = false;               ///< refuses bytes that have no room for it
 };

@@ -166,13 +166,13 @@ MakeOptions read_recipe(Json& json, StitchSettings& settings) {
       bake.seed = value.get<std::uint64_t>();
     } else if (name == "bytes") {
       options.file_bytes = value.get<std::uint64_t>();
-      options.layer_budget_bytes.reset();
+      options.chooses_layers = false;
     } else if (name != "quality") {
       refuse_option(name, "there is no such member of a recipe");
     }
   }
   // Pairs by which layers are chosen, within bytes alone.
-  bake.validation_pairs = options.layer_budget_bytes || options.file_bytes ? bake.held_out_pairs : 0;
+  bake.validation_pairs = options.chooses_layers || options.file_bytes ? bake.held_out_pairs : 0;
   bake.stores_yarns = true;
   return options;
 }

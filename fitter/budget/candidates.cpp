@@ -16,7 +16,6 @@
 #include "format/base/parallel.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/layers.h"
-#include "format/fabric/size.h"
 #include "format/samples/pool.h"
 
 namespace selvedge {
@@ -415,7 +414,7 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
         fitter.add_estimate(k, pooled[k], header, options, pairs, truths[k]);
         chosen.push_back(&fitter.levels_[k].candidates.back());
       }
-      if (std::isfinite(room)) chosen = fitter.best(room, 0);
+      if (std::isfinite(room)) chosen = fitter.best(room);
       while (first < levels && !has_lobes(*chosen[first])) ++first;
       for (Level& level : fitter.levels_) std::erase_if(level.candidates, has_lobes);
       fitter.bytes_of_bases_.clear();
@@ -446,8 +445,8 @@ double LayerFitter::bytes_of_bases(const Chosen& chosen) const {
   return found->second = functions.bytes() + bytes_per_channel * channels;
 }
 
-double LayerFitter::size_of(const Chosen& chosen, double overhead) const {
-  double sum = overhead + bytes_of_bases(chosen);
+double LayerFitter::size_of(const Chosen& chosen) const {
+  double sum = bytes_of_bases(chosen);
   for (const LevelCandidate* candidate : chosen) sum += candidate->bytes;
   return sum;
 }
@@ -458,7 +457,7 @@ double LayerFitter::cost_of(const Chosen& chosen) const {
   return sum;
 }
 
-LayerFitter::Chosen LayerFitter::best_of(bool lobes_alone, double bytes, double overhead) const {
+LayerFitter::Chosen LayerFitter::best_of(bool lobes_alone, double room) const {
   const auto allowed = [&](const LevelCandidate& candidate) { return !lobes_alone || has_lobes(candidate); };
   // For each level the candidate with the smallest log(error) + lambda * bytes.
   const auto best_at = [&](double lambda) {
@@ -479,12 +478,12 @@ LayerFitter::Chosen LayerFitter::best_of(bool lobes_alone, double bytes, double 
   double low = 1e-9;  // gives too large a file, unless the best candidates fit
   double high = 1e3;
   Chosen chosen = best_at(low);
-  if (size_of(chosen, overhead) > bytes) {
+  if (size_of(chosen) > room) {
     chosen = best_at(high);
     for (int i = 0; i < 60; ++i) {
       const double middle = std::sqrt(low * high);
       const Chosen tried = best_at(middle);
-      if (size_of(tried, overhead) > bytes) {
+      if (size_of(tried) > room) {
         low = middle;
       } else {
         high = middle;
@@ -495,7 +494,7 @@ LayerFitter::Chosen LayerFitter::best_of(bool lobes_alone, double bytes, double 
 
   // Spends the remaining bytes, step by step, on the candidate with the largest gain per byte.
   for (Chosen next = chosen;; chosen = next) {
-    const double left = bytes - size_of(chosen, overhead);
+    const double left = room - size_of(chosen);
     double best_rate = 0;
     for (std::size_t k = 0; k < levels_.size(); ++k) {
       for (const LevelCandidate& candidate : levels_[k].candidates) {
@@ -505,7 +504,7 @@ LayerFitter::Chosen LayerFitter::best_of(bool lobes_alone, double bytes, double 
         if (!(gain > 0) || more > left || rate <= best_rate || !allowed(candidate)) continue;
         Chosen tried = chosen;
         tried[k] = &candidate;
-        if (size_of(tried, overhead) > bytes) continue;
+        if (size_of(tried) > room) continue;
         best_rate = rate;
         next = std::move(tried);
       }
@@ -514,24 +513,23 @@ LayerFitter::Chosen LayerFitter::best_of(bool lobes_alone, double bytes, double 
   }
 }
 
-LayerFitter::Chosen LayerFitter::best(double bytes, double overhead) const {
-  Chosen chosen = best_of(false, bytes, overhead);
+LayerFitter::Chosen LayerFitter::best(double room) const {
+  Chosen chosen = best_of(false, room);
   for (const Level& level : levels_) {
     if (std::ranges::none_of(level.candidates, has_lobes)) return chosen;
   }
-  Chosen lobes = best_of(true, bytes, overhead);
-  const bool fits = size_of(chosen, overhead) <= bytes;
-  const bool lobes_fit = size_of(lobes, overhead) <= bytes;
-  const bool better = fits ? lobes_fit && cost_of(lobes) < cost_of(chosen)
-                           : size_of(lobes, overhead) < size_of(chosen, overhead);
+  Chosen lobes = best_of(true, room);
+  const bool fits = size_of(chosen) <= room;
+  const bool lobes_fit = size_of(lobes) <= room;
+  const bool better = fits ? lobes_fit && cost_of(lobes) < cost_of(chosen) : size_of(lobes) < size_of(chosen);
   return better ? lobes : chosen;
 }
 
-LayerFit LayerFitter::choose(double bytes, double overhead) const {
-  const Chosen chosen = best(bytes, overhead);
+LayerFit LayerFitter::choose(double room) const {
+  const Chosen chosen = best(room);
   LayerFit result;
   result.fabric = fabric_;
-  result.bytes = size_of(chosen, overhead);
+  result.bytes = size_of(chosen);
   BasisList functions;
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     const FabricLevel& dark = levels_[k].dark;
@@ -555,34 +553,6 @@ LayerFit LayerFitter::choose(double bytes, double overhead) const {
   set_radiance_scale(result.fabric);
   result.fabric.radiance_scale *= static_cast<float>(scale_);
   return result;
-}
-
-Result<LayerFit> LayerFitter::choose_for_file(double budget, const FabricWriteOptions& options) const {
-  constexpr int max_tries = 6;
-  // For the record of the fit, whose errors are not known yet.
-  const double record = 90 + 210.0 * static_cast<double>(levels_.size());
-  double overhead = typical_overhead;
-  double smallest = std::numeric_limits<double>::infinity();
-  LayerFit best;
-  double best_size = 0;
-  for (int i = 0; i < max_tries; ++i) {
-    LayerFit chosen = choose(budget, overhead);
-    const auto counted = fabric_file_bytes(chosen.fabric, options);
-    if (!counted) return tl::unexpected(counted.error());
-    const double size = static_cast<double>(*counted) + record;
-    smallest = std::min(smallest, size);
-    // If the file is too large, the correction has a small margin.
-    const double correction = size - chosen.bytes + (size > budget ? 0.002 * budget : 0);
-    if (size <= budget && size > best_size) {
-      best_size = size;
-      best = std::move(chosen);
-    }
-    if (best_size > 0.98 * budget || correction == 0) break;
-    overhead += correction;
-  }
-  if (best_size > 0) return best;
-  return fail(Code::option_out_of_range, {}, "budget",
-              fmt::format("{:.0f} bytes; the smallest fabric found has {:.0f}", budget, smallest));
 }
 
 }  // namespace selvedge

@@ -16,7 +16,6 @@
 #include "fitter/fit.h"
 #include "fitter/products/texel_basis.h"
 #include "format/fabric/fabric.h"
-#include "format/fabric/file.h"
 #include "format/samples/samples.h"
 
 namespace selvedge {
@@ -56,7 +55,7 @@ struct LayerFit {
   Fabric fabric;
   std::vector<LevelReport> levels;  ///< levels with the paper's model have the figures of their fit
   std::vector<double> errors;       ///< by level, root mean square on the validation pairs, 1/sr
-  double bytes = 0;                 ///< estimated size of the file
+  double bytes = 0;                 ///< estimated size of its layers in a file
 };
 
 class LayerFitter {
@@ -64,23 +63,18 @@ class LayerFitter {
   LayerFitter(LayerFitter&&) = default;
   LayerFitter& operator=(LayerFitter&&) = default;
 
-  /// Fits all candidates; `measured` is as for fit(). `room`: the bytes of choose() less its overhead, where
-  /// they are known; lobes that would not be chosen within them are not searched. Errors as of fit(),
+  /// Fits all candidates; `measured` is as for fit(). `room`: of choose(), where it is known;
+  /// lobes that would not be chosen within them are not searched. Errors as of fit(),
   /// OPTION_OUT_OF_RANGE for more than 512 lights, and SAMPLES_MALFORMED without validation pairs.
   static Result<LayerFitter> create(SampleLevel samples, const SamplesHeader& header,
                                     const PairSamples& validation, const FitOptions& options,
                                     const Progress& progress = {}, PairSamples measured = {},
                                     double room = std::numeric_limits<double>::infinity());
 
-  /// The best fabric with an estimated size of at most `bytes`, or else the smallest. `overhead`: bytes of
-  /// the file beside the values of its layers, which the caller can correct by the size of a written file.
-  LayerFit choose(double bytes, double overhead = typical_overhead) const;
+  /// The best fabric whose layers have an estimated size of at most `room` bytes, or else the smallest. A
+  /// file has some `typical_overhead` bytes beside them.
+  LayerFit choose(double room) const;
   static constexpr double typical_overhead = 12000;
-
-  /// The largest fabric found whose file, without yarn, has at most `budget` bytes. choose() only estimates
-  /// sizes, so up to six files are counted to correct the estimate. OPTION_OUT_OF_RANGE, with the
-  /// smallest size found, if no file is small enough.
-  Result<LayerFit> choose_for_file(double budget, const FabricWriteOptions& options) const;
 
  private:
   struct Level {
@@ -107,9 +101,9 @@ class LayerFitter {
   /// alpha f of every texel, l_z max(0, sum over m of c_m phi_m(v) psi_m(l)) times its opacity.
   std::vector<V3f> shown(std::size_t level, const BasisFit& basis, const DirectionPair& pair) const;
   /// The best of all candidates, or of lobes alone, which need no shared functions; and the better of both.
-  Chosen best_of(bool lobes_alone, double bytes, double overhead) const;
-  Chosen best(double bytes, double overhead) const;
-  double size_of(const Chosen& chosen, double overhead) const;
+  Chosen best_of(bool lobes_alone, double room) const;
+  Chosen best(double room) const;
+  double size_of(const Chosen& chosen) const;
   double cost_of(const Chosen& chosen) const;
   double bytes_of_bases(const Chosen& chosen) const;
   Fabric fabric_;     ///< without levels

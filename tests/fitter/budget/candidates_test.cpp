@@ -36,7 +36,7 @@ TEST_CASE("layers are chosen within the budget, and more bytes never make the ch
   const auto fitter =
       test::need(LayerFitter::create(seen_of(cloth.fabric), cloth.header, cloth.truth, cloth.options));
   double last = 1e9;
-  for (const double bytes : {16000.0, 20000.0, 40000.0, 1e6}) {
+  for (const double bytes : {4000.0, 8000.0, 28000.0, 1e6}) {
     const LayerFit chosen = fitter.choose(bytes);
     REQUIRE(validate(chosen.fabric));
     REQUIRE(chosen.levels.size() == 5);
@@ -65,7 +65,7 @@ TEST_CASE("products are as bright as the validation pairs and measured ones, wit
     const auto fitter =
         test::need(LayerFitter::create(seen_of(cloth.fabric), cloth.header, measured ? few : scaled,
                                        cloth.options, {}, measured ? scaled : PairSamples{}));
-    const LayerFit fit = fitter.choose(16000);
+    const LayerFit fit = fitter.choose(4000);
     const FabricLevel& level = fit.fabric.levels.front();
     REQUIRE(level.has(LayerKind::products));
     V3d sum(0, 0, 0);
@@ -104,7 +104,7 @@ TEST_CASE("the choice of layers scales with the radiance") {
       for (V3f& r : *radiance) r *= factor;
     }
     const auto fitter = test::need(LayerFitter::create(seen, header, truth, options));
-    const LayerFit chosen = fitter.choose(40000);
+    const LayerFit chosen = fitter.choose(28000);
     REQUIRE(validate(chosen.fabric));
     std::string text;
     for (const FabricLevel& level : chosen.fabric.levels)
