@@ -69,18 +69,9 @@ FabricLevel blank_level(const SampleLevel& samples, const SamplesHeader& header,
   return level;
 }
 
-/// Sums for the report of one texel.
-struct TexelTotals {
-  double error = 0;
-  double cost = 0;
-  double energy = 0;
-  int iterations = 0;
-  bool converged = true;
-};
-
 /// Fits a texel of a level and stores it.
-TexelTotals fit_one(const SampleLevel& from, std::size_t texel, const TexelDirections& directions,
-                    const LobeFitOptions& options, const TexelFit& texel_fit, FabricLevel& level) {
+void fit_one(const SampleLevel& from, std::size_t texel, const TexelDirections& directions,
+             const LobeFitOptions& options, const TexelFit& texel_fit, FabricLevel& level) {
   const std::size_t views = directions.views.size();
   const float* alpha = &from.alpha[texel * views];
   const V3f* radiance = &from.radiance[texel * views * directions.lights.size()];
@@ -94,37 +85,7 @@ TexelTotals fit_one(const SampleLevel& from, std::size_t texel, const TexelDirec
     tangent = in_half_precision(tangent_of(normal));
   }
   const TexelSamples samples = gather_texel(alpha, radiance, directions, normal, tangent);
-  const std::array<ChannelFit, 3> fits = texel_fit(samples, options);
-  store(fits, texel, level);
-  TexelTotals total;
-  total.error = total.cost = total.energy = samples.energy_below_horizon;
-  for (const ChannelFit& fit : fits) {
-    total.error += fit.error;
-    total.cost += fit.cost;
-    total.energy += fit.energy;
-    total.iterations += fit.iterations;
-    total.converged = total.converged && fit.converged;
-  }
-  return total;
-}
-
-LevelReport report_of(const std::vector<TexelTotals>& totals, const FabricLevel& level) {
-  LevelReport report;
-  report.width = level.width;
-  report.height = level.height;
-  double error = 0;
-  double cost = 0;
-  double energy = 0;
-  for (const TexelTotals& total : totals) {
-    error += total.error;
-    cost += total.cost;
-    energy += total.energy;
-    report.mean_evaluations += total.iterations / (3.0 * level.texels());
-    report.unconverged_texels += total.converged ? 0 : 1;
-  }
-  report.cost = energy > 0 ? cost / energy : 0;
-  report.training_error = energy > 0 ? std::sqrt(error / energy) : 0;
-  return report;
+  store(texel_fit(samples, options), texel, level);
 }
 
 std::string provenance_of(const SamplesHeader& header, const FitOptions& options) {
@@ -142,8 +103,8 @@ std::string provenance_of(const SamplesHeader& header, const FitOptions& options
 
 }  // namespace
 
-Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
-                      const Progress& progress, const PairSamples& measured, const TexelFit& texel_fit) {
+Result<Fabric> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options,
+                   const Progress& progress, const PairSamples& measured, const TexelFit& texel_fit) {
   const TexelDirections directions{cell_directions(header.views), cell_directions(header.lights),
                                    header.views};
   const std::size_t views = directions.views.size();
@@ -153,8 +114,7 @@ Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, c
       samples.radiance.size() != texels * views * directions.lights.size())
     return fail(Code::samples_malformed, {}, "level 0", "the samples have other sizes than the header");
 
-  FitResult result;
-  Fabric& fabric = result.fabric;
+  Fabric fabric;
   fabric.period_mm = header.period_mm;
   fabric.reference_height = header.reference_height;
   fabric.thickness_mm = header.thickness_mm;
@@ -166,27 +126,23 @@ Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, c
   double fitted_texels = 0;
   SampleLevel pooled;
   for (int k = 0; k < levels; ++k) {
-    const Stopwatch watch;
     if (k > 0) pooled = pool(k > 1 ? pooled : samples);
     const SampleLevel& from = k > 0 ? pooled : samples;
     FabricLevel level = blank_level(from, header, options);
     const LobeFitOptions lobe_options = lobe_fit_options(options, level.texels());
     std::mutex guard;
-    std::vector<TexelTotals> totals(level.texels());
     parallel_for(0, level.texels(), [&](std::size_t texel) {
-      totals[texel] = fit_one(from, texel, directions, lobe_options, texel_fit, level);
+      fit_one(from, texel, directions, lobe_options, texel_fit, level);
       const std::lock_guard lock(guard);
       fitted_texels += 1;
       if (progress) progress(fitted_texels / all_texels);
     });
-    result.levels.push_back(report_of(totals, level));
-    result.levels.back().seconds = watch.seconds();
     fabric.levels.push_back(std::move(level));
   }
   refit_to_pairs(fabric, measured, header.lights.count(), options);
   set_radiance_scale(fabric);
   fabric.provenance = provenance_of(header, options);
-  return result;
+  return fabric;
 }
 
 }  // namespace selvedge

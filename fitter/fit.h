@@ -26,22 +26,6 @@ struct FitOptions {
   double tolerance = 1e-4;  ///< fraction of the cost; an iteration that gains less ends a search
 };
 
-/// Result of the fit of one level.
-struct LevelReport {
-  int width = 0;  ///< texels
-  int height = 0;
-  double training_error = 0;    ///< relative L2 over all samples, weighted by opacity
-  double cost = 0;              ///< the minimised squared error and penalties, as a fraction of the energy
-  double mean_evaluations = 0;  ///< evaluations of all samples, per texel and channel
-  int unconverged_texels = 0;   ///< texels that reached the limit of iterations in a channel
-  double seconds = 0;
-};
-
-struct FitResult {
-  Fabric fabric;
-  std::vector<LevelReport> levels;
-};
-
 /// Fits one texel; called from several threads.
 using TexelFit = std::function<std::array<ChannelFit, 3>(const TexelSamples&, const LobeFitOptions&)>;
 
@@ -49,8 +33,8 @@ using TexelFit = std::function<std::array<ChannelFit, 3>(const TexelSamples&, co
 /// that is a hole from every view becomes black with T = 1 and alpha 0. Lobes and tables are fitted to the
 /// grids, and if there are `measured` pairs, then to these. SAMPLES_MALFORMED unless the samples have the
 /// sizes of the header.
-Result<FitResult> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options = {},
-                      const Progress& progress = {}, const PairSamples& measured = {},
-                      const TexelFit& texel_fit = fit_texel);
+Result<Fabric> fit(const SampleLevel& samples, const SamplesHeader& header, const FitOptions& options = {},
+                   const Progress& progress = {}, const PairSamples& measured = {},
+                   const TexelFit& texel_fit = fit_texel);
 
 }  // namespace selvedge

@@ -18,30 +18,22 @@ namespace {
 /// Layers whose values belong to no level, though they are stored at level 0.
 constexpr LayerSet layers_of_no_level{LayerKind::bases, LayerKind::yarns, LayerKind::indirect};
 
-Json level_json(const FitOutcome& outcome, const FabricReader& reader, Side side, std::size_t k) {
-  const Fabric& fabric = side == Side::front ? outcome.fabric : *outcome.fabric.sides[index_of(side) - 1];
-  const LevelReport& level = outcome.levels[index_of(side)][k];
-  const std::vector<double>& psnr = outcome.record.psnr[index_of(side)];
+Json level_json(const Fabric& fabric, const FitOutcome& outcome, const FabricReader& reader, std::size_t k) {
+  const std::vector<double>& psnr = outcome.record.psnr[index_of(fabric.side)];
   Json layer_bytes = Json::object();
   std::uint64_t bytes = 0;
   for (const LayerKind layer : all_layers) {
     if (layers_of_no_level.contains(layer) || !fabric.levels[k].has(layer)) continue;
-    const std::uint64_t of_layer = reader.packed_bytes(layer, static_cast<int>(k), side);
+    const std::uint64_t of_layer = reader.packed_bytes(layer, static_cast<int>(k), fabric.side);
     layer_bytes[name_of(layer)] = of_layer;
     bytes += of_layer;
   }
-  Json json = {{"level", k},
-               {"texels", {level.width, level.height}},
-               {"layers", layers_text(fabric.levels[k])},
-               {"bytes", bytes},
-               {"layerBytes", layer_bytes},
-               {"heldOutPsnr", k < psnr.size() ? Json(psnr[k]) : Json()}};
-  if (level.mean_evaluations > 0) {
-    json["trainingError"] = level.training_error;
-    json["iterations"] = level.mean_evaluations;
-    json["atLimit"] = level.unconverged_texels;
-  }
-  return json;
+  return {{"level", k},
+          {"texels", {fabric.levels[k].width, fabric.levels[k].height}},
+          {"layers", layers_text(fabric.levels[k])},
+          {"bytes", bytes},
+          {"layerBytes", layer_bytes},
+          {"heldOutPsnr", k < psnr.size() ? Json(psnr[k]) : Json()}};
 }
 
 /// `curves`, `nodes`, and `bytes` of both layers of yarn in the file; null without yarn.
@@ -86,11 +78,13 @@ Json fit_json(const FitOutcome& outcome, const std::string& output) {
                {"levels", Json::array()},
                {"sides", Json::object()},
                {"remarks", outcome.remarks}};
-  for (const Side side : all_sides) {
-    for (std::size_t k = 0; k < outcome.levels[index_of(side)].size(); ++k)
-      (side == Side::front ? json["levels"] : json["sides"][name_of(side)])
-          .push_back(level_json(outcome, reader, side, k));
-  }
+  const auto add = [&](const Fabric& side, Json& levels) {
+    for (std::size_t k = 0; k < side.levels.size(); ++k)
+      levels.push_back(level_json(side, outcome, reader, k));
+  };
+  add(outcome.fabric, json["levels"]);
+  for (const auto& side : outcome.fabric.sides)
+    if (side) add(*side, json["sides"][name_of(side->side)]);
   return json;
 }
 
@@ -98,8 +92,6 @@ std::string fit_text(const Json& fit) {
   std::string text = table_text(fit["levels"], {{"level", "{level}"},
                                                 {"texels", "{texels}"},
                                                 {"held-out dB", "{heldOutPsnr:.2f}"},
-                                                {"iterations", "{iterations:.1f}"},
-                                                {"at limit", "{atLimit}"},
                                                 {"bytes", "{bytes}"},
                                                 {"layers", "{layers}"}});
   for (const auto& [side, levels] : fit["sides"].items()) {

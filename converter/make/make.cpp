@@ -30,11 +30,11 @@ constexpr double standard_texels = 64;
 double growth_of(const SamplesHeader& header) { return std::max(header.texels() / standard_texels, 1.0); }
 
 /// A fabric of these sides, the front first.
-Fabric joined(const std::vector<FitResult>& sides, const std::shared_ptr<const Yarns>& yarns) {
-  Fabric fabric = sides.front().fabric;
+Fabric joined(const std::vector<Fabric>& sides, const std::shared_ptr<const Yarns>& yarns) {
+  Fabric fabric = sides.front();
   if (yarns) fabric.levels.front().set_yarns(yarns);
   for (std::size_t i = 1; i < sides.size(); ++i) {
-    Fabric other = sides[i].fabric;
+    Fabric other = sides[i];
     other.side = all_sides[i];
     other.provenance = "{}";
     fabric.add_side(std::move(other));
@@ -53,9 +53,9 @@ struct FileSearch {
   double smallest = std::numeric_limits<double>::infinity();  ///< file found
 
   /// The largest fit found whose layers have at least `min_room`; else empty.
-  std::vector<FitResult> largest(const std::vector<LayerFitter>& fitters,
-                                 const std::shared_ptr<const Yarns>& yarn, const FabricWriteOptions& write,
-                                 double min_room = -std::numeric_limits<double>::infinity());
+  std::vector<Fabric> largest(const std::vector<LayerFitter>& fitters,
+                              const std::shared_ptr<const Yarns>& yarn, const FabricWriteOptions& write,
+                              double min_room = -std::numeric_limits<double>::infinity());
   Failure no_room() const {
     return Failure{{Code::option_out_of_range,
                     {},
@@ -64,22 +64,22 @@ struct FileSearch {
   }
 };
 
-std::vector<FitResult> FileSearch::largest(const std::vector<LayerFitter>& fitters,
-                                           const std::shared_ptr<const Yarns>& yarn,
-                                           const FabricWriteOptions& write, double min_room) {
+std::vector<Fabric> FileSearch::largest(const std::vector<LayerFitter>& fitters,
+                                        const std::shared_ptr<const Yarns>& yarn,
+                                        const FabricWriteOptions& write, double min_room) {
   const auto weights_end = budget_weights.begin() + static_cast<std::ptrdiff_t>(fitters.size());
   const double weights = std::accumulate(budget_weights.begin(), weights_end, 0.0);
-  std::vector<FitResult> best;
+  std::vector<Fabric> best;
   double best_size = 0;
   double last = 0;
   double next_room = room;
   for (int i = 0; i < max_tries && best_size < enough * bytes; ++i) {
-    std::vector<FitResult> fits;
+    std::vector<Fabric> fits;
     double estimate = 0;
     for (std::size_t k = 0; k < fitters.size(); ++k) {
       LayerFit chosen = fitters[k].choose(next_room * budget_weights[k] / weights);
       estimate += chosen.bytes;
-      fits.push_back({std::move(chosen.fabric), std::move(chosen.levels)});
+      fits.push_back(std::move(chosen.fabric));
     }
     const double size =
         static_cast<double>(value_or_throw(fabric_file_bytes(joined(fits, yarn), write))) + other_bytes;
@@ -105,26 +105,25 @@ LayerFitter layer_fitter(SideSamples side, const MakeOptions& options, const Pro
 }
 
 /// Fits with layers chosen by level within the budget.
-FitResult fit_layers(SideSamples samples, const MakeOptions& options, const Progress& progress) {
+Fabric fit_layers(SideSamples samples, const MakeOptions& options, const Progress& progress) {
   const Side side = samples.header.side;
   const double bytes = standard_bytes * growth_of(samples.header) * budget_weights[index_of(side)];
   // The record of the fit is not known yet.
   const double record = 90 + 210.0 * level_count(samples.level.width, samples.level.height);
   if (side != Side::front) {
     const double room = bytes - overhead_of_side;
-    LayerFit chosen = layer_fitter(std::move(samples), options, progress, room).choose(room);
-    return {std::move(chosen.fabric), std::move(chosen.levels)};
+    return layer_fitter(std::move(samples), options, progress, room).choose(room).fabric;
   }
   std::vector<LayerFitter> fitters;
   fitters.push_back(
       layer_fitter(std::move(samples), options, progress, std::numeric_limits<double>::infinity()));
   FileSearch search{bytes, bytes - LayerFitter::typical_overhead, record, 0.98, 6};
-  std::vector<FitResult> fits = search.largest(fitters, nullptr, options.write);
+  std::vector<Fabric> fits = search.largest(fitters, nullptr, options.write);
   if (fits.empty()) throw search.no_room();
   return std::move(fits.front());
 }
 
-FitResult fit_side(SideSamples samples, const MakeOptions& options, const Progress& progress) {
+Fabric fit_side(SideSamples samples, const MakeOptions& options, const Progress& progress) {
   // The text of a recipe takes no bytes from the levels.
   nlohmann::json provenance = provenance_json(samples.header.provenance);
   if (provenance.erase("recipe") > 0) samples.header.provenance = provenance.dump();
@@ -167,9 +166,9 @@ using ProgressOfSide = std::function<Progress(std::size_t)>;
 
 /// Fits with the layers that make the whole file as large as options.file_bytes lets it be. Yarn is rounded
 /// where levels would have less room than in a file of standard quality, and left out where there is no room.
-std::vector<FitResult> fit_whole(const Samples& samples, const MakeOptions& options, std::size_t sides,
-                                 const ProgressOfSide& progress, std::shared_ptr<const Yarns>& yarns,
-                                 std::vector<std::string>& remarks) {
+std::vector<Fabric> fit_whole(const Samples& samples, const MakeOptions& options, std::size_t sides,
+                              const ProgressOfSide& progress, std::shared_ptr<const Yarns>& yarns,
+                              std::vector<std::string>& remarks) {
   const auto bytes = static_cast<double>(*options.file_bytes);
   const double weights =
       std::accumulate(budget_weights.begin(), budget_weights.begin() + static_cast<int>(sides), 0.0);
@@ -179,7 +178,7 @@ std::vector<FitResult> fit_whole(const Samples& samples, const MakeOptions& opti
                                    bytes * budget_weights[i] / weights));
   // Record, fallback and accuracy are not known yet.
   FileSearch search{bytes, bytes / 2, 500, 0.995, 8};
-  std::vector<FitResult> fits;
+  std::vector<Fabric> fits;
   if (yarns) {
     const double standard_room = (standard_bytes - LayerFitter::typical_overhead) * growth_of(samples.header);
     fits = search.largest(fitters, yarns, options.write, standard_room * weights);
@@ -212,17 +211,15 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
   std::shared_ptr<const Yarns> yarns;
   if (samples.header.yarns.curves > 0)
     yarns = std::make_shared<const Yarns>(samples.yarns, samples.header.period_mm);
-  std::vector<FitResult> fits;
+  std::vector<Fabric> fits;
   if (options.file_bytes) fits = fit_whole(samples, options, sides, of_side, yarns, outcome.remarks);
   for (std::size_t i = 0; i < sides; ++i) {
     if (!options.file_bytes)
       fits.push_back(fit_side(side_samples(samples, all_sides[i]), options, of_side(i)));
-    FitResult& fitted = fits[i];
-    fitted.fabric.side = all_sides[i];
+    fits[i].side = all_sides[i];
     const PairSamples held_out = side_pairs(samples.pairs[index_of(PairKind::held_out)], all_sides[i]);
     value_or_throw(
-        add_side_accuracy(as_stored(fitted.fabric, options.write.half_layers), held_out, outcome.record));
-    outcome.levels[i] = fitted.levels;
+        add_side_accuracy(as_stored(fits[i], options.write.half_layers), held_out, outcome.record));
   }
   Fabric& fabric = outcome.fabric = joined(fits, yarns);
   nlohmann::json provenance = provenance_json(fabric.provenance);

@@ -38,8 +38,6 @@ MakeOptions quality_named(std::string_view name);
 
 struct FitOutcome {
   Fabric fabric;  ///< in the precision of its file; the record is in its provenance
-  /// By level, by index_of(Side); empty for a side that the samples do not have.
-  std::array<std::vector<LevelReport>, all_sides.size()> levels;
   FitRecord record;
   std::vector<std::string> remarks;  ///< what the bytes had no room for
   double seconds = 0;

@@ -180,7 +180,7 @@ MakeOptions read_recipe(Json& json, StitchSettings& settings) {
 /// The yarn over texels that are all the same: where these are as many as usual, the file is small.
 Fabric preview_of(const Samples& samples, const MakeOptions& options) {
   const SideSamples front = side_samples(samples, Side::front);
-  Fabric fabric = value_or_throw(fit(front.level, front.header, options.fit)).fabric;
+  Fabric fabric = value_or_throw(fit(front.level, front.header, options.fit));
   const FabricLevel texel = std::exchange(fabric.levels, {}).front();
   for (int k = 3; k >= 0; --k) {
     FabricLevel& level = fabric.levels.emplace_back();

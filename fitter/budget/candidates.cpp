@@ -247,12 +247,11 @@ void LayerFitter::add_lobes(std::size_t first, const SampleLevel& samples, Sampl
     const auto part = [&](double fraction) {
       if (progress) progress(0.2 + 0.8 * (kind + fraction) / kinds);
     };
-    FitResult fitted = value_or_throw(fit(samples, header, options, part, measured));
-    remove_radiance_scale(fitted.fabric);
+    Fabric fitted = value_or_throw(fit(samples, header, options, part, measured));
+    remove_radiance_scale(fitted);
     for (std::size_t k = first; k < levels_.size(); ++k) {
       LevelCandidate candidate;
-      candidate.lobes = std::move(fitted.fabric.levels[k - first]);
-      candidate.report = fitted.levels[k - first];
+      candidate.lobes = std::move(fitted.levels[k - first]);
       candidate.bytes = bytes_of_lobes(candidate.lobes) + bytes_of(candidate.lobes, LayerKind::table);
       candidate.error = level_error(candidate.lobes, fabric_, pairs.pairs, truths[k]);
       levels_[k].candidates.push_back(std::move(candidate));
@@ -347,9 +346,9 @@ void LayerFitter::add_estimate(std::size_t k, const SampleLevel& samples, Sample
         mean_squared_error(seen, [&](std::size_t pair) { return std::vector{images[pair][texel]}; });
     for (const bool table : {false, true}) {
       options.view_table = table;
-      FitResult quick = value_or_throw(fit(texel_of(samples, texel), header, options, {}, {}, quick_texel));
-      remove_radiance_scale(quick.fabric);
-      of_lobes[table ? 1 : 0] += level_error(quick.fabric.levels[0], fabric_, pairs.pairs, seen);
+      Fabric quick = value_or_throw(fit(texel_of(samples, texel), header, options, {}, {}, quick_texel));
+      remove_radiance_scale(quick);
+      of_lobes[table ? 1 : 0] += level_error(quick.levels[0], fabric_, pairs.pairs, seen);
     }
   }
   const double error = std::min(of_lobes[0], of_lobes[1]) / max_error_ratio;
@@ -395,9 +394,9 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
   const auto ok = catch_failure([&] {
     PairSamples pairs = validation;
     fitter.scale_radiance(samples, pairs, measured);
-    FitResult dark = value_or_throw(fit(samples, header, options, {}, {}, dark_texel));
-    for (FabricLevel& level : dark.fabric.levels) fitter.levels_.push_back({std::move(level), {}});
-    fitter.fabric_ = std::move(dark.fabric);
+    Fabric dark = value_or_throw(fit(samples, header, options, {}, {}, dark_texel));
+    for (FabricLevel& level : dark.levels) fitter.levels_.push_back({std::move(level), {}});
+    fitter.fabric_ = std::move(dark);
     fitter.fabric_.levels.clear();
     fitter.fabric_.lights = header.lights;
     std::vector<SampleLevel> pooled{std::move(samples)};
@@ -542,7 +541,6 @@ LayerFit LayerFitter::choose(double room) const {
       level.set(LayerKind::products, {static_cast<int>(basis.pairs.size()), basis.coefficient});
       for (const V2i& pair : basis.pairs) level.pairs.push_back(functions.add(basis, pair));
     }
-    result.levels.push_back(has_lobes(*chosen[k]) ? chosen[k]->report : LevelReport{dark.width, dark.height});
     result.errors.push_back(std::sqrt(chosen[k]->error) * scale_);
     result.fabric.levels.push_back(std::move(level));
   }

@@ -44,18 +44,16 @@ class BasisList;
 
 /// One way to store a level.
 struct LevelCandidate {
-  BasisFit basis;      ///< of products
-  FabricLevel lobes;   ///< the paper's model; without layers for products
-  LevelReport report;  ///< of lobes
-  double error = 0;    ///< mean squared error of alpha f on the validation pairs
-  double bytes = 0;    ///< estimated size in the file, without the shared functions
+  BasisFit basis;     ///< of products
+  FabricLevel lobes;  ///< the paper's model; without layers for products
+  double error = 0;   ///< mean squared error of alpha f on the validation pairs
+  double bytes = 0;   ///< estimated size in the file, without the shared functions
 };
 
 struct LayerFit {
   Fabric fabric;
-  std::vector<LevelReport> levels;  ///< levels with the paper's model have the figures of their fit
-  std::vector<double> errors;       ///< by level, root mean square on the validation pairs, 1/sr
-  double bytes = 0;                 ///< estimated size of its layers in a file
+  std::vector<double> errors;  ///< by level, root mean square on the validation pairs, 1/sr
+  double bytes = 0;            ///< estimated size of its layers in a file
 };
 
 class LayerFitter {

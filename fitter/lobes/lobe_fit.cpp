@@ -44,44 +44,34 @@ ChannelState diffuse_state(const TexelSamples& samples, int lobes) {
 /// Searches from several starts for a few iterations, and continues the best of them to the end. Searches for
 /// more than two lobes start from the best result with one lobe less, because with more lobes the dictionary
 /// finds fewer of the good minima.
-SearchResult search_lobes(ChannelProblem& problem, StartSearch& search, int channel, int lobes,
-                          const LobeFitOptions& options, ChannelState& best) {
+void search_lobes(ChannelProblem& problem, StartSearch& search, int channel, int lobes,
+                  const LobeFitOptions& options, ChannelState& best) {
   constexpr int start_iterations = 6;
   constexpr int max_dictionary_lobes = 2;
-  SearchResult end;
   std::vector<ChannelState> states;
   if (lobes > max_dictionary_lobes) {
-    end = search_lobes(problem, search, channel, lobes - 1, options, best);
+    search_lobes(problem, search, channel, lobes - 1, options, best);
     states = StartSearch::with_added_lobe(problem, best, options.starts);
   } else {
     states = search.starts(channel, lobes, options.starts);
   }
-  for (ChannelState& state : states) {
-    end.evaluations += minimise(problem, state, 1e-3, states.size() > 1 ? start_iterations : 1).evaluations;
-  }
+  for (ChannelState& state : states) minimise(problem, state, 1e-3, states.size() > 1 ? start_iterations : 1);
   const auto cheaper = [](const ChannelState& a, const ChannelState& b) { return a.cost < b.cost; };
   std::ranges::stable_sort(states, cheaper);
   states.resize(std::min<std::size_t>(states.size(), options.finalists));
   best = states.front();
   for (ChannelState& state : states) {
-    const SearchResult finished = minimise(problem, state, options.tolerance, options.max_iterations);
-    end.evaluations += finished.evaluations;
-    if (cheaper(best, state)) continue;
-    best = state;
-    end.converged = finished.converged;
+    minimise(problem, state, options.tolerance, options.max_iterations);
+    if (!cheaper(best, state)) best = state;
   }
-  return end;
 }
 
 }  // namespace
 
-ChannelFit to_channel_fit(const TexelSamples& samples, int channel, const ChannelState& state,
-                          const ChannelProblem& problem) {
+ChannelFit to_channel_fit(const TexelSamples& samples, int channel, const ChannelState& state) {
   const double scale = samples.scale[channel];
   ChannelFit fit;
-  fit.error = state.error * scale * scale;
   fit.cost = state.cost * scale * scale;
-  fit.energy = problem.energy() * scale * scale;
   fit.table = state.table;
   // Scales T to mean 1, and lobes by the inverse: their product is unchanged.
   double sum = 0;
@@ -103,13 +93,14 @@ ChannelFit to_channel_fit(const TexelSamples& samples, int channel, const Channe
   return fit;
 }
 
-SearchResult minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_evaluations) {
+void minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_evaluations) {
   problem.evaluate(state, turns);
-  SearchResult end{1, state.shapes.empty()};
+  int evaluations = 1;
+  bool converged = state.shapes.empty();
   NormalEquations equations;
   double lambda = 1e-3;
   bool moved = true;
-  while (!end.converged && end.evaluations < max_evaluations) {
+  while (!converged && evaluations < max_evaluations) {
     if (moved) equations = problem.normal_equations(state);
     const std::vector<double>& gradient = equations.gradient;
     const std::size_t unknowns = gradient.size();
@@ -129,8 +120,7 @@ SearchResult minimise(ChannelProblem& problem, ChannelState& state, double toler
       expected += step[u] * (lambda * equations.matrix[u * unknowns + u] * step[u] - gradient[u]);
     }
     if (solved && expected <= 0.5 * tolerance * state.cost) {
-      end.converged = true;
-      break;
+      return;
     }
     double gain = 0;
     ChannelState trial;
@@ -138,22 +128,21 @@ SearchResult minimise(ChannelProblem& problem, ChannelState& state, double toler
       trial = state;
       move_state(problem.bounds(), step, trial);
       problem.evaluate(trial, turns);
-      ++end.evaluations;
+      ++evaluations;
       gain = state.cost - trial.cost;
     }
     if (gain > 0) {
       moved = true;
-      end.converged = gain <= tolerance * state.cost;
+      converged = gain <= tolerance * state.cost;
       std::swap(state, trial);
       const double ratio = gain / expected;
       lambda = std::max(1e-9, lambda * (ratio > 0.75 ? 0.2 : ratio > 0.25 ? 0.5 : 2));
     } else {
       lambda = std::max(lambda * 8, 1e-3);
       // Steps so short have no effect in single precision.
-      end.converged = lambda > 1e8;
+      converged = lambda > 1e8;
     }
   }
-  return end;
 }
 
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options) {
@@ -164,14 +153,9 @@ std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOp
     ChannelProblem problem(samples, c, options.channel);
     ChannelState best = diffuse_state(samples, options.lobes);
     problem.evaluate(best, turns);
-    SearchResult end{1, true};
-    if (options.lobes > 0 && best.error > 1e-6 * problem.energy()) {
-      end = search_lobes(problem, search, c, options.lobes, options, best);
-      ++end.evaluations;
-    }
-    fits[c] = to_channel_fit(samples, c, best, problem);
-    fits[c].iterations = end.evaluations;
-    fits[c].converged = end.converged;
+    if (options.lobes > 0 && best.error > 1e-6 * problem.energy())
+      search_lobes(problem, search, c, options.lobes, options, best);
+    fits[c] = to_channel_fit(samples, c, best);
   }
   return fits;
 }

@@ -22,24 +22,14 @@ struct LobeFitOptions {
 struct ChannelFit {
   std::vector<double> parameters;  ///< as in lafortune.h
   std::vector<double> table;       ///< [view]; mean 1, weighted by opacity; all 1 without a view table
-  double error = 0;                ///< sum over views and lights above the horizon of w (f - r)^2
-  double cost = 0;                 ///< error plus penalties
-  double energy = 0;               ///< sum of w r^2
-  int iterations = 0;
-  bool converged = false;
-};
-
-struct SearchResult {
-  int evaluations = 0;     ///< each over all samples
-  bool converged = false;  ///< ended by the tolerance, not by the limit of iterations
+  double cost = 0;                 ///< squared error over views and lights above the horizon, plus penalties
 };
 
 /// Levenberg-Marquardt from a state to the nearest minimum.
-SearchResult minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_evaluations);
+void minimise(ChannelProblem& problem, ChannelState& state, double tolerance, int max_evaluations);
 
 /// Converts a state to parameters of the fabric, unscaled and with a normalised table.
-ChannelFit to_channel_fit(const TexelSamples& samples, int channel, const ChannelState& state,
-                          const ChannelProblem& problem);
+ChannelFit to_channel_fit(const TexelSamples& samples, int channel, const ChannelState& state);
 
 /// Fits all three channels. Parameters and table are finite for any samples.
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options);

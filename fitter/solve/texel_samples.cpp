@@ -28,15 +28,9 @@ TexelSamples gather_texel(const float* alpha, const V3f* radiance, const TexelDi
   const std::size_t all = directions.lights.size();
   for (std::size_t l = 0; l < all; ++l) {
     const V3f light = into_frame(directions.lights[l]);
-    if (light.z > 0) {
-      out.light_index.push_back(static_cast<std::uint32_t>(l));
-      out.lights.push_back(light);
-      continue;
-    }
-    for (std::size_t v = 0; v < out.view_count; ++v) {
-      if (alpha[v] > 0)
-        out.energy_below_horizon += out.view_weights[v] * V3d(radiance[v * all + l]).length2();
-    }
+    if (!(light.z > 0)) continue;
+    out.light_index.push_back(static_cast<std::uint32_t>(l));
+    out.lights.push_back(light);
   }
   for (std::size_t c = 0; c < 3; ++c) {
     const int channel = static_cast<int>(c);

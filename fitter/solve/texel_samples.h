@@ -27,7 +27,6 @@ struct TexelSamples {
   std::size_t view_count = 0;
   /// Layout of the views, which defines neighbours; 0 x 0: no neighbours.
   DirectionGrid grid{0, 0};
-  double energy_below_horizon = 0;  ///< weighted squared radiance below the horizon, all channels, unscaled
 
   std::size_t stride() const { return view_weights.size(); }
 };

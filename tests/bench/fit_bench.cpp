@@ -39,7 +39,7 @@ Input load(const std::string& samples, int texels) {
 }
 
 struct Run {
-  FitResult result;
+  Fabric fabric;
   double seconds = 0;  ///< of the processor
   double cost = 0;
 };
@@ -49,7 +49,7 @@ Run run(const SampleLevel& level, const SamplesHeader& header, const FitOptions&
   Run run;
   std::mutex guard;
   const double start = cpu_seconds();
-  run.result = need(fit(level, header, options, {}, {},
+  run.fabric = need(fit(level, header, options, {}, {},
                         [&](const TexelSamples& samples, const LobeFitOptions& lobe_options) {
                           auto fits = texel_fit(samples, lobe_options);
                           const std::lock_guard lock(guard);
@@ -81,7 +81,7 @@ std::array<ChannelFit, 3> restarted(const TexelSamples& samples, const LobeFitOp
       minimise(problem, state, options.tolerance, options.max_iterations);
       if (restart == 0 || state.cost < best.cost) best = state;
     }
-    fits[c] = to_channel_fit(samples, c, best, problem);
+    fits[c] = to_channel_fit(samples, c, best);
   }
   return fits;
 }
@@ -93,19 +93,16 @@ int restarts(const std::string& samples, int texels, int count) {
   const Run best =
       run(input.level, input.header, options,
           [&](const TexelSamples& s, const LobeFitOptions& o) { return restarted(s, o, count); });
-  const auto a = need(compare(ours.result.fabric, input.held_out, PairKind::held_out));
-  const auto b = need(compare(best.result.fabric, input.held_out, PairKind::held_out));
-  fmt::print("{}: ours {:.1f} s, best of {} restarts for every texel and channel {:.1f} s\n", samples,
-             ours.seconds, count, best.seconds);
-  fmt::print("level   texels  cost of best  squared error of best  held-out dB  of best  difference\n");
+  const auto a = need(compare(ours.fabric, input.held_out, PairKind::held_out));
+  const auto b = need(compare(best.fabric, input.held_out, PairKind::held_out));
+  fmt::print(
+      "{}: ours {:.1f} s, best of {} restarts for every texel and channel {:.1f} s, cost {:.4f} of it\n",
+      samples, ours.seconds, count, best.seconds, ours.cost / best.cost);
+  fmt::print("level   texels  held-out dB  of best  difference\n");
   for (std::size_t k = 0; k < a.levels.size(); ++k) {
-    const double of_ours = ours.result.levels[k].training_error;
-    const double of_best = best.result.levels[k].training_error;
-    fmt::print("{:5}  {:>7}  {:12.4f}  {:21.4f}  {:11.2f}  {:7.2f}  {:+10.2f}\n", k,
-               fmt::format("{}x{}", a.levels[k].width, a.levels[k].height),
-               ours.result.levels[k].cost / best.result.levels[k].cost,
-               of_ours * of_ours / (of_best * of_best), a.levels[k].psnr, b.levels[k].psnr,
-               a.levels[k].psnr - b.levels[k].psnr);
+    fmt::print("{:5}  {:>7}  {:11.2f}  {:7.2f}  {:+10.2f}\n", k,
+               fmt::format("{}x{}", a.levels[k].width, a.levels[k].height), a.levels[k].psnr,
+               b.levels[k].psnr, a.levels[k].psnr - b.levels[k].psnr);
   }
   return 0;
 }

@@ -44,9 +44,9 @@ Case case_of(int width, int height, const DirectionGrid& views, const DirectionG
 Case case_of(const Radiance& radiance) { return case_of(2, 2, {6, 6}, {6, 6}, radiance); }
 
 /// Every case: fits, and the fabric is valid, which includes that all of it is finite.
-FitResult fitted(const Case& c, const FitOptions& options = {}) {
+Fabric fitted(const Case& c, const FitOptions& options = {}) {
   const auto result = test::need(fit(c.level, c.header, options));
-  const auto valid = validate(result.fabric);
+  const auto valid = validate(result);
   CHECK_MESSAGE(valid, (valid ? "" : to_line(valid.error())));
   return result;
 }
@@ -95,34 +95,34 @@ V3f glossy(int, const V3f& l, const V3f& v) {
 }  // namespace
 
 TEST_CASE("all black comes out all black, with T = 1") {
-  const FitResult result = fitted(case_of([](int, const V3f&, const V3f&) { return V3f(0, 0, 0); }));
-  for (const FabricLevel& level : result.fabric.levels) {
+  const Fabric result = fitted(case_of([](int, const V3f&, const V3f&) { return V3f(0, 0, 0); }));
+  for (const FabricLevel& level : result.levels) {
     for (const V3f& t : level.view_table()) CHECK(t == V3f(1, 1, 1));
   }
   for (const DirectionPair& pair : probes()) {
-    CHECK(evaluate(result.fabric, 0, 1, 1, pair.light, pair.view).radiance == V3f(0, 0, 0));
+    CHECK(evaluate(result, 0, 1, 1, pair.light, pair.view).radiance == V3f(0, 0, 0));
   }
 }
 
 TEST_CASE("one bright sample among black ones stays below its own brightness") {
   Case c = case_of([](int, const V3f&, const V3f&) { return V3f(0, 0, 0); });
   c.level.radiance[700] = {1, 1, 1};
-  const FitResult result = fitted(c);
+  const Fabric result = fitted(c);
   for (const V3f& light : cell_directions(c.header.lights)) {
     for (const V3f& view : cell_directions(c.header.views)) {
       // The peak's bound is 4 times the sample where its light is near the horizon, the table's is below 20.
-      CHECK(evaluate(result.fabric, 0, 0, 0, light, view).radiance.x < 4);
+      CHECK(evaluate(result, 0, 0, 0, light, view).radiance.x < 4);
     }
   }
 }
 
 TEST_CASE("a fit scales with the radiance") {
   const Case c = case_of(glossy);
-  const Fabric base = fitted(c).fabric;
+  const Fabric base = fitted(c);
   const auto scaled = [&](float factor) {
     Case other = c;
     for (V3f& r : other.level.radiance) r *= factor;
-    return fitted(other).fabric;
+    return fitted(other);
   };
   SUBCASE("by a power of two, to the bit") {
     const float factor = std::exp2(20.0F);
@@ -159,31 +159,31 @@ TEST_CASE("texels that are always holes are black with T = 1 and alpha 0") {
   Case c = case_of(glossy);
   for (std::size_t v = 0; v < 36; ++v) c.level.alpha[v] = 0;
   c.level.normal_sum[0] = {0, 0, 0};
-  const FitResult result = fitted(c);
+  const Fabric result = fitted(c);
   for (const DirectionPair& pair : probes()) {
-    CHECK(evaluate(result.fabric, 0, 0, 0, pair.light, pair.view).alpha == 0);
+    CHECK(evaluate(result, 0, 0, 0, pair.light, pair.view).alpha == 0);
   }
   for (std::size_t v = 0; v < 36; ++v) {
-    CHECK(result.fabric.levels[0].view_table()[v] == V3f(1, 1, 1));
+    CHECK(result.levels[0].view_table()[v] == V3f(1, 1, 1));
   }
 }
 
 TEST_CASE("a texel seen from one view only has that view's radiance, and a table near 1 elsewhere") {
   Case c = case_of(glossy);
   for (std::size_t v = 0; v < 36; ++v) c.level.alpha[v] = v == 14 ? 1.0F : 0.0F;
-  const FitResult result = fitted(c);
+  const Fabric result = fitted(c);
   const V3f view = cell_directions(c.header.views)[14];
   std::vector<V3f> values;
   std::vector<V3f> truth;
   for (const V3f& l : cell_directions(c.header.lights)) {
-    values.push_back(evaluate(result.fabric, 0, 0, 0, l, view).radiance);
+    values.push_back(evaluate(result, 0, 0, 0, l, view).radiance);
     truth.push_back(glossy(0, l, view));
   }
   CHECK(distance(values, truth) < 0.1);
   for (std::size_t v = 0; v < 36; ++v) {
     for (int channel = 0; channel < 3; ++channel) {
-      CHECK(result.fabric.levels[0].view_table()[v][channel] > 0.5F);
-      CHECK(result.fabric.levels[0].view_table()[v][channel] < 2.0F);
+      CHECK(result.levels[0].view_table()[v][channel] > 0.5F);
+      CHECK(result.levels[0].view_table()[v][channel] < 2.0F);
     }
   }
 }
@@ -194,8 +194,8 @@ TEST_CASE("one view, one light, or fewer samples than parameters: a valid fabric
                                       {DirectionGrid{1, 1}, DirectionGrid{1, 1}},
                                       {DirectionGrid{1, 2}, DirectionGrid{1, 2}}}) {
     const Case c = case_of(2, 2, views, lights, glossy);
-    const FitResult result = fitted(c);
-    CHECK(error_of(result.fabric, c) < 0.1);
+    const Fabric result = fitted(c);
+    CHECK(error_of(result, c) < 0.1);
   }
 }
 
@@ -205,14 +205,14 @@ TEST_CASE("exponents that the data drive to 0 and to 10,000 stay within their bo
       const float base = l.x * v.x + l.y * v.y + l.z * v.z;
       return V3f(0.1F + (base > 0 ? std::pow(base, n) : 0.0F)) * l.z;
     });
-    const FitResult result = fitted(c);
+    const Fabric result = fitted(c);
     for (std::size_t lobe = 0; lobe < 6; ++lobe) {
-      const float found = result.fabric.levels[0].lobes()[lobe / 2 * 9 + lobe % 2 * 4 + 4];
+      const float found = result.levels[0].lobes()[lobe / 2 * 9 + lobe % 2 * 4 + 4];
       CHECK(found >= 1);
       CHECK(found <= 200);
     }
     // A step is no lobe of exponent 1 or more; a peak between the directions of the grid is one of 200.
-    CHECK(error_of(result.fabric, c) < (n < 1 ? 0.3 : 0.05));
+    CHECK(error_of(result, c) < (n < 1 ? 0.3 : 0.05));
   }
 }
 
@@ -246,10 +246,9 @@ TEST_CASE("random and adversarial textures never give NaN or infinity") {
     options.table.damping = pick({0, 0.05});
     options.table.smoothness = pick({0, 0.05});
     CAPTURE(seed);
-    const FitResult result = fitted(c, options);
-    for (const LevelReport& level : result.levels) CHECK(std::isfinite(level.training_error));
+    const Fabric result = fitted(c, options);
     for (const DirectionPair& pair : probes()) {
-      CHECK(std::isfinite(evaluate(result.fabric, 0, 0, 0, pair.light, pair.view).radiance.x));
+      CHECK(std::isfinite(evaluate(result, 0, 0, 0, pair.light, pair.view).radiance.x));
     }
   }
 }

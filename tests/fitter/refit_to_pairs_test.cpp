@@ -127,7 +127,7 @@ TEST_CASE("Ceres finds nothing better than the end of a fit to the same samples,
   }
   pairs.radiance = level.radiance;
   const FitOptions options = options_of(2, false);
-  Fabric fabric = test::need(fit(level, header, options)).fabric;
+  Fabric fabric = test::need(fit(level, header, options));
   const auto error = [&] {
     double sum = 0;
     const PairSamples shown = shown_by(fabric, pairs.pairs);

@@ -32,9 +32,9 @@ BakeOptions bake_options(int texels_of_it, int pairs, std::uint64_t seed) {
 /// Held-out errors of the paper's model, fitted to samples, on pairs of others.
 std::vector<LevelComparison> errors_of(const Samples& samples, const PairSamples& truth) {
   const SideSamples front = side_samples(samples, Side::front);
-  const FitResult result =
+  const Fabric result =
       test::need(fit(front.level, front.header, {}, {}, front.pairs[index_of(PairKind::measured)]));
-  return test::need(compare(result.fabric, truth, PairKind::held_out)).levels;
+  return test::need(compare(result, truth, PairKind::held_out)).levels;
 }
 
 TEST_CASE("a traced weave comes back from pictures with noise and shifts, within 1 dB of its own bake") {
