@@ -397,9 +397,6 @@ bool attach_hairs(RaySceneState& state) {
   return attach(state, vertices, triangles, pass_hairs);
 }
 
-/// Fraction of rays that may meet backs of triangles before both sides count as outside.
-constexpr double max_backs = 0.005;
-
 }  // namespace
 
 const Imath::Box3f& RayScene::bounds() const { return state_->bounds; }
@@ -557,33 +554,6 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name)
     return fail(Code::mesh_invalid, name, {}, "the ray tracer refuses the mesh");
   }
   return RayScene(std::move(state));
-}
-
-bool has_visible_backs(const RayScene& scene, bool from_below) {
-  constexpr std::uint32_t count = 4096;
-  constexpr int bounces = 3;
-  const V2d period = scene.period();
-  const double above = static_cast<double>(scene.bounds().max.z) + period.x;
-  int hits = 0;
-  int backs = 0;
-  for (std::uint32_t i = 0; i < (from_below ? 2 * count : count); ++i) {
-    const bool down = i < count;
-    PathSampler sampler(i, 0);
-    const V2d fraction = sampler.next_pair();
-    V3d origin(fraction.x * period.x, fraction.y * period.y, down ? above : -period.x);
-    V3d direction = cosine_direction({0, 0, down ? -1.0 : 1.0}, sampler.next_pair());
-    SurfacePoint point;
-    for (int k = 0; k <= bounces && scene.trace(origin, direction, point); ++k) {
-      ++hits;
-      if (point.is_back) {
-        ++backs;
-        break;
-      }
-      origin = scene.offset_origin(point);
-      direction = cosine_direction(V3d(point.face_normal), sampler.next_pair());
-    }
-  }
-  return backs > max_backs * hits;
 }
 
 }  // namespace selvedge

@@ -109,9 +109,4 @@ class RayScene {
   std::shared_ptr<RaySceneState> state_;
 };
 
-/// Whether more than a few of the surfaces that diffuse light from above (and `from_below`) meets, or reaches
-/// in up to three reflections, are backs of triangles, as with open sheets or random winding. Intersecting
-/// closed yarns show a few backs as well.
-bool has_visible_backs(const RayScene& scene, bool from_below);
-
 }  // namespace selvedge

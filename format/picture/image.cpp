@@ -165,45 +165,4 @@ Result<void> write_exr(const std::string& path, const Image& image) {
   return writer->write_level(0, 0, pixels).and_then([&] { return writer->commit(); });
 }
 
-Result<void> check_same_size(const Image& a, const Image& b) {
-  if (a.width == b.width && a.height == b.height && a.channels == b.channels &&
-      a.pixels.size() == b.pixels.size())
-    return {};
-  return fail(Code::image_mismatch, "", "",
-              fmt::format("{} x {} x {} against {} x {} x {}", a.width, a.height, a.channels, b.width,
-                          b.height, b.channels));
-}
-
-Result<ImageDifference> compare_images(const Image& a, const Image& b) {
-  if (const auto same = check_same_size(a, b); !same) return tl::unexpected(same.error());
-  ImageDifference difference;
-  double sum = 0;
-  double colour_sum = 0;
-  const std::size_t channels = a.channels;
-  const std::size_t colours = has_alpha(a) ? channels - 1 : channels;
-  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
-    const double x = a.pixels[i];
-    const double y = b.pixels[i];
-    double d = 0;
-    if (!(x == y) && !(std::isnan(x) && std::isnan(y))) d = std::abs(x - y);
-    if (std::isnan(d)) d = std::numeric_limits<double>::infinity();
-    sum += d * d;
-    if (i % channels < colours) colour_sum += d * d;
-    if (d > difference.max_absolute) {
-      const std::size_t pixel = i / channels;
-      difference.max_absolute = d;
-      difference.channel = static_cast<int>(i % channels);
-      difference.x = static_cast<int>(pixel % a.width);
-      difference.y = static_cast<int>(pixel / a.width);
-    }
-  }
-  if (!a.pixels.empty()) difference.rmse = std::sqrt(sum / static_cast<double>(a.pixels.size()));
-  difference.psnr = std::numeric_limits<double>::infinity();
-  if (colour_sum > 0) {
-    const std::size_t count = a.pixels.size() / channels * colours;
-    difference.psnr = -10.0 * std::log10(colour_sum / static_cast<double>(count));
-  }
-  return difference;
-}
-
 }  // namespace selvedge

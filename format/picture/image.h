@@ -87,21 +87,4 @@ Result<void> write_png(const std::string& path, const Image& image, Transfer tra
 /// them; one channel is called Y). Without a time stamp, so that the same pixels give the same bytes.
 Result<void> write_exr(const std::string& path, const Image& image);
 
-/// IMAGE_MISMATCH unless the pictures have the same size and channels.
-Result<void> check_same_size(const Image& a, const Image& b);
-
-/// Difference of two pictures, over all channels except for `psnr`.
-struct ImageDifference {
-  double max_absolute = 0;
-  int x = 0;  ///< where the largest difference is
-  int y = 0;
-  int channel = 0;
-  double rmse = 0;
-  double psnr = 0;  ///< dB relative to 1, of the channels without alpha; infinite if they are equal
-};
-
-/// IMAGE_MISMATCH if sizes or channel counts differ. Two NaN or two equal infinities differ by 0; a NaN or
-/// infinity in one picture makes the difference infinite.
-Result<ImageDifference> compare_images(const Image& a, const Image& b);
-
 }  // namespace selvedge

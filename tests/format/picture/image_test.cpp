@@ -43,8 +43,8 @@ TEST_CASE("image: a PNG keeps every stored 8-bit value, transparent pixels inclu
   image.pixels[3] = 0.0F;
   const auto bytes = test::need(encode_png(image, Transfer::keep));
   const auto back = test::need(decode_image(bytes, "ramp", Transfer::keep));
-  const auto difference = test::need(compare_images(image, back));
-  CHECK(difference.max_absolute < 1e-6);  // float rounding of n / 255
+  for (std::size_t i = 0; i < image.pixels.size(); ++i)
+    CHECK(std::abs(back.pixels[i] - image.pixels[i]) < 1e-6F);  // float rounding of n / 255
 }
 
 TEST_CASE("image: linear values through an sRGB PNG are off by at most half a code") {
@@ -70,44 +70,7 @@ TEST_CASE("image: an EXR keeps floats exactly and is the same each time") {
   REQUIRE(write_exr(folder / "b.exr", image));
   CHECK(*read_file(folder / "a.exr") == *read_file(folder / "b.exr"));
   const auto back = test::need(read_image(folder / "a.exr"));
-  CHECK(compare_images(image, back)->max_absolute == 0);
-  CHECK(std::isinf(compare_images(image, back)->psnr));
-}
-
-TEST_CASE("image: the difference has its closed form and its place") {
-  Image a{2, 1, 3, {0, 0, 0, 0, 0, 0}};
-  Image b = a;
-  b.pixels[4] = 0.5F;
-  const auto difference = test::need(compare_images(a, b));
-  CHECK(difference.max_absolute == 0.5);
-  CHECK(difference.x == 1);
-  CHECK(difference.channel == 1);
-  CHECK(difference.rmse == doctest::Approx(std::sqrt(0.25 / 6)));
-  CHECK(difference.psnr == doctest::Approx(-10 * std::log10(0.25 / 6)));
-  b.pixels[4] = std::numeric_limits<float>::quiet_NaN();
-  CHECK(std::isinf(compare_images(a, b)->max_absolute));
-  a.pixels[4] = b.pixels[4];
-  CHECK(compare_images(a, b)->max_absolute == 0);
-  CHECK(compare_images(a, ramp(3, 1, 3)).error().code == Code::image_mismatch);
-}
-
-TEST_CASE("image: PSNR is of the colours, the rest of opacity as well") {
-  for (const int channels : {2, 4}) {
-    CAPTURE(channels);
-    const Image a{1, 1, channels, std::vector<float>(static_cast<std::size_t>(channels), 0.25F)};
-    Image b = a;
-    b.pixels.back() = 1;
-    auto difference = compare_images(a, b);
-    REQUIRE(difference);
-    CHECK(std::isinf(difference->psnr));
-    CHECK(difference->max_absolute == 0.75);
-    CHECK(difference->rmse == doctest::Approx(0.75 / std::sqrt(channels)));
-    b.pixels.front() = 0.75F;
-    difference = compare_images(a, b);
-    REQUIRE(difference);
-    CHECK(difference->psnr == doctest::Approx(-10 * std::log10(0.25 / (channels - 1))));
-    CHECK(difference->rmse == doctest::Approx(std::sqrt((0.75 * 0.75 + 0.25) / channels)));
-  }
+  CHECK(back.pixels == image.pixels);
 }
 
 TEST_CASE("image: halved pictures have the means of the linear pixels under theirs") {
