@@ -304,24 +304,6 @@ FitOutcome fit_samples(const Samples& samples, const MakeCommand& command) {
   return fitted;
 }
 
-/// A path for a makefile: spaces, # and : are escaped, $ is doubled.
-std::string for_make(const std::string& path) {
-  std::string text;
-  for (const char c : path) {
-    if (c == ' ' || c == '#' || c == ':') text += '\\';
-    if (c == '$') text += '$';
-    text += c;
-  }
-  return text;
-}
-
-/// Writes "output: inputs" as Make and Ninja read it (`gcc -MD`).
-Result<void> write_depfile(const MakeCommand& command) {
-  std::string text = for_make(command.output) + ":";
-  for (const std::string& file : files_of_cell(command.input)) text.append(" ").append(for_make(file));
-  return write_file(command.depfile, text + "\n");
-}
-
 void declare_bake(Options& options, MakeCommand& command) {
   add_cell(options, command.input, command.cell);
   add_bake(options, command);
@@ -378,9 +360,6 @@ void declare_make(Options& options, MakeCommand& command) {
   options.text("--keep-samples", command.samples_path, "FILE", "Keep the samples in this file")
       .writes()
       .advanced();
-  options.text("--depfile", command.depfile, "FILE", "The input files as a rule for Make")
-      .writes()
-      .advanced();
   options.text("--list", command.list_path, "FILE", "Many fabrics, a line each: twill -o t.fabric.exr")
       .reads();
   options.number("--line", command.list_line, "N", "Make this line alone: a job of a job array")
@@ -411,7 +390,7 @@ Result<MakeCommand> make_command_of(const std::vector<std::string>& words, const
 }
 
 MadeFabric make_file(const MakeCommand& command) {
-  value_or_throw(check_writable({command.output, command.samples_path, command.depfile}));
+  value_or_throw(check_writable({command.output, command.samples_path}));
   MakeCommand needed = command;
   // Else no layers are chosen.
   if (!command.options.chooses_layers && !command.options.file_bytes && command.samples_path.empty())
@@ -420,7 +399,6 @@ MadeFabric make_file(const MakeCommand& command) {
   if (!command.samples_path.empty()) value_or_throw(write_samples(command.samples_path, baked.samples));
   MadeFabric made{std::move(baked.report), fit_samples(baked.samples, command)};
   value_or_throw(write_fabric(command.output, made.fit.fabric, command.options.write));
-  if (!command.depfile.empty()) value_or_throw(write_depfile(command));
   return made;
 }
 

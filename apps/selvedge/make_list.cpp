@@ -69,7 +69,7 @@ List read_list(const std::string& path) {
     MakeCommand command = value_or_throw(make_command_of(words, path, place));
     if (!command.list_path.empty()) refuse(list.count, "--list has no place in a list");
     for (const std::string& file : files_of_cell(command.input)) inputs.emplace(file_identity(file), file);
-    for (const std::string& file : {command.output, command.samples_path, command.depfile}) {
+    for (const std::string& file : {command.output, command.samples_path}) {
       if (file.empty()) continue;
       const auto [before, is_new] = outputs.emplace(file_identity(file), list.count);
       if (!is_new) refuse(list.count, fmt::format("writes {}, as line {} does", file, before->second));

@@ -143,18 +143,6 @@ test_a_fabric_is_made_again_by_its_recipe() {
   same a.fabric.exr again/a.fabric.exr
 }
 
-test_make_writes_a_depfile() {
-  list
-  selvedge make "own stitch.json" "${small[@]}" --depfile d -o k.fabric.exr --quiet
-  [ "$(cat d)" = 'k.fabric.exr: own\ stitch.json' ]
-  printf 'k.fabric.exr:\n\techo made\ninclude d\n' >Makefile
-  if command -v make >/dev/null; then
-    [ "$(make -s k.fabric.exr)" = "make: 'k.fabric.exr' is up to date." ] || [ "$(make -s k.fabric.exr)" = "" ]
-    touch "own stitch.json"
-    [ "$(make -s k.fabric.exr)" = made ]
-  fi
-}
-
 test_make_leaves_no_half_file_after_a_signal() {
   # With job control a background process has Ctrl-C as it comes, instead of ignoring it.
   set -m
