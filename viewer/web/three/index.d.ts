@@ -96,7 +96,7 @@ export class Surroundings {
   stand(garment: Object3D): void;
   /** Finds what it hides from itself, which takes some seconds. */
   shade(renderer: WebGLRenderer, garment: Object3D): Promise<void>;
-  /** Lights other materials than fabrics, too, if `reflects` is false. */
+  /** Lights other materials than fabrics, too, if `reflects` is false: in software that takes a second or more. */
   reflect(): void;
   /** Radiance, the mean of all directions without the lamps. */
   readonly mean: [number, number, number];
