@@ -10,6 +10,7 @@
 #include "format/base/random.h"
 #include "format/fabric/fabric.h"
 #include "format/scene/scene.h"
+#include "tests/format/fabrics.h"
 
 namespace selvedge::test {
 
@@ -64,17 +65,9 @@ inline Fabric random_fabric(int width, int height, std::uint64_t seed) {
 }
 
 /// Lambertian: f = albedo / pi * cosine, opacity the same everywhere.
-inline Fabric lambert_fabric(int size, V3f albedo, float opacity = 1) {
-  Fabric fabric;
-  fabric.views = {1, 1};
-  for (int k = 0; k < level_count(size, size); ++k) {
-    FabricLevel level;
-    level.width = level.height = level_size(size, k);
-    level.add(LayerKind::lobes, 3);
-    level.add(LayerKind::opacity, 1, opacity);
-    for (int i = 0; i < 3 * level.texels(); ++i) level.lobes()[i] = albedo[i % 3] / std::numbers::pi_v<float>;
-    fabric.levels.push_back(level);
-  }
+inline Fabric lambert_fabric(int size, const V3f& albedo, float opacity = 1) {
+  Fabric fabric = lambert_fabric(size, size, albedo);
+  for (FabricLevel& level : fabric.levels) level.add(LayerKind::opacity, 1, opacity);
   return fabric;
 }
 
