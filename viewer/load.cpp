@@ -1,7 +1,5 @@
 #include "viewer/load.h"
 
-#include <filesystem>
-
 #include "format/gltf/memory.h"
 #include "viewer/scene/fabric_sides.h"
 
@@ -34,7 +32,7 @@ Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choic
   if (!scene) return tl::unexpected(scene.error());
   Result<MemoryAccount> memory = check_scene_memory(*scene, limits.document.memory);
   if (!memory) return tl::unexpected(memory.error());
-  LoadedScene loaded{std::move(*scene), {}, 0, memory->remaining_bytes()};
+  LoadedScene loaded{std::move(*scene), {}, memory->remaining_bytes()};
   std::vector<bool> is_worn(loaded.scene.fabrics.size(), choice.loads_unused_fabrics);
   for (const SceneInstance& instance : loaded.scene.instances) {
     const int material = loaded.scene.primitives[instance.primitive].material;
@@ -56,9 +54,6 @@ Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choic
     Result<Fabric> fabric = load_fabric(*reader, *memory);
     if (!fabric) return tl::unexpected(fabric.error());
     loaded.fabrics.push_back(std::move(*fabric));
-    std::error_code unknown;
-    loaded.fabric_file_bytes +=
-        source.path.empty() ? source.bytes.size() : std::filesystem::file_size(source.path, unknown);
     numbers.back() = static_cast<int>(present.size());
     present.push_back(std::move(source));
   }

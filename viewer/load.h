@@ -12,10 +12,9 @@
 namespace selvedge {
 
 struct LoadedScene {
-  Scene scene;                          ///< its memory_left is without the fabrics
-  std::vector<Fabric> fabrics;          ///< of Scene::fabrics
-  std::uint64_t fabric_file_bytes = 0;  ///< of all fabric files
-  std::uint64_t fabric_memory = 0;      ///< bytes that the fabrics take at most, decoded and turned over
+  Scene scene;                      ///< its memory_left is without the fabrics
+  std::vector<Fabric> fabrics;      ///< of Scene::fabrics
+  std::uint64_t fabric_memory = 0;  ///< bytes that the fabrics take at most, decoded and turned over
 };
 
 /// Reads a glTF file and its fabrics. Materials whose fabric file is missing keep their core parameters, with

@@ -167,7 +167,6 @@ Json to_json(const RenderCommand& command, const Shot& shot, const Drawn& drawn)
           {"path", path_names[static_cast<std::size_t>(shot.options.path)]},
           {"threads", thread_count()},
           {"fabrics", shot.fabrics.size()},
-          {"fabricBytes", shot.fabric_file_bytes},
           {"fabricMemory", shot.fabric_memory},
           {"triangles", stats.triangles},
           {"layers", stats.layers},

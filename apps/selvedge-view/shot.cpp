@@ -1,7 +1,6 @@
 #include "apps/selvedge-view/shot.h"
 
 #include <algorithm>
-#include <filesystem>
 
 #include "format/base/option_text.h"
 #include "format/scene/framing.h"
@@ -29,8 +28,6 @@ void read_swatch(const RenderCommand& command, Shot& shot, std::vector<Light>& o
   shot.scene.fabrics.emplace_back().name = command.picture.input;
   shot.scene.memory_left = memory.remaining_bytes();
   shot.fabric_memory = memory.limit() - memory.remaining_bytes();
-  std::error_code unknown;
-  shot.fabric_file_bytes = std::filesystem::file_size(command.picture.input, unknown);
   shot.options.width = swatch.width;
   shot.options.height = swatch.height;
   shot.options.layers = 1;
