@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -41,20 +42,27 @@ constexpr double height_per_column = 0.33;
 /// The room of a crossing ends so many columns beside it.
 constexpr double band_reach = 1.5;
 
-/// Floats: how far behind the cloth, in depths, and how far above each other, in courses.
+/// Floats: how far behind the cloth, in depths, and how far above each other, in courses; the yarn that
+/// catches them lies behind them.
 constexpr double float_depth = -2.4;
 constexpr double float_pitch = 0.2;
+constexpr double catch_depth = -3.6;
 
 /// How one loop is connected.
 struct Loop {
-  int sign = 1;         ///< drawn to the front (1) or to the back (-1)
-  int above = 1;        ///< the same for the stitch that holds it
-  int lean = 0;         ///< columns from the loop to that stitch
-  int cable_layer = 0;  ///< in front of the loops that it passes (1) or behind them (-1)
-  bool over = false;    ///< leans over another loop that the same stitch holds
-  bool under = false;   ///< another loop leans over it
-  bool beside = false;  ///< over: the place above it is free, a yarn over, and it leans from there
-  int passed() const { return beside ? 0 : std::abs(lean); }
+  int sign = 1;            ///< drawn to the front (1) or to the back (-1)
+  int above = 1;           ///< the same for the stitch that holds it
+  int lean = 0;            ///< columns from the loop to that stitch
+  double cable_layer = 0;  ///< in front of the loops that it passes (1) or behind them (-1)
+  int rank = 0;            ///< how many of the loops that the same stitch holds lie in front of it
+  int held = 1;            ///< loops that the stitch holds
+  bool free = false;       ///< the place above it is free, a yarn over, and it leans from there
+  int courses = 0;         ///< that it is slipped before a stitch holds it
+  bool tucked = false;     ///< lies behind the loop below, which the same stitch holds
+  int twist = 0;  ///< 1: its right leg crosses over its left one; -1: the left one over the right one
+  int passed() const { return free ? 0 : std::abs(lean); }
+  /// Place among the loops of one stitch, from the side to which it is drawn.
+  int place() const { return above > 0 ? rank : held - 1 - rank; }
 };
 
 int wrapped(int index, std::size_t count) {
@@ -77,15 +85,20 @@ std::vector<Loop> loops_below(const KnitChart& chart, int row) {
       loop_at(column).above = stitch.purl ? -1 : 1;
       loop_at(column).lean = -column;
       loop_at(column).cable_layer = stitch.cable_layer;
+      loop_at(column).twist = stitch.twist;
     }
-    if (stitch.source_loops.size() < 2) continue;
+    const auto count = static_cast<int>(stitch.source_loops.size());
+    if (count < 2) continue;
     const int first = stitch.source_loops[0];
-    Loop& over = loop_at(first);
-    Loop& under = loop_at(stitch.source_loops[1]);
-    over.over = under.under = true;
-    over.beside = stitch.source_loops[1] == 0 && std::abs(first) == 1 &&
-                  stitches[wrapped(static_cast<int>(k) + first, stitches.size())].source_loops.empty();
-    if (!over.beside) over.cable_layer = 1, under.cable_layer = -1;
+    loop_at(first).free =
+        count == 2 && stitch.source_loops[1] == 0 && std::abs(first) == 1 &&
+        stitches[wrapped(static_cast<int>(k) + first, stitches.size())].source_loops.empty();
+    for (int rank = 0; rank < count; ++rank) {
+      Loop& loop = loop_at(stitch.source_loops[rank]);
+      loop.rank = rank;
+      loop.held = count;
+      if (!loop_at(first).free) loop.cable_layer = 1 - 2.0 * rank / (count - 1);
+    }
   }
   return loops;
 }
@@ -97,13 +110,16 @@ double ease(double from, double to, double low, double high, double t) {
 
 /// Height out of the cloth along half a loop (t from the foot's middle, 0, to the head's, pi), in depths.
 double depth_of(const Loop& loop, double foot_middle, double t) {
-  // Loops of a decrease lie in layers: the leaning one in front of the other, the new loop in front of both.
-  const double leg_low = loop.sign;
-  const double leg_high = loop.over ? 0.75 : (loop.under ? 0.15 : loop.above);
-  const double head = loop.over ? -0.45 : (loop.under ? -1.1 : -loop.above);
+  // Loops of a decrease lie in layers: the leaning one in front of the others, the new loop in front of all;
+  // of one that is purled as seen from the back.
+  constexpr std::array<std::array<double, 3>, 3> legs{{{1}, {0.75, 0.15}, {0.75, 0.3, -0.15}}};
+  constexpr std::array<std::array<double, 3>, 3> heads{{{-1}, {-0.45, -1.1}, {-0.45, -1.0, -1.55}}};
+  const double leg_low = loop.tucked ? -2 : loop.sign;
+  const double leg_high = loop.above * legs[loop.held - 1][loop.place()];
+  const double head = loop.above * heads[loop.held - 1][loop.place()];
   if (t < foot_crossing) return ease(foot_middle, -loop.sign, 0, foot_crossing, t);
   if (t < lower_crossing) return ease(-loop.sign, leg_low, rise_begin, rise_end, t);
-  if (loop.cable_layer != 0 && t < upper_crossing) {
+  if ((loop.cable_layer != 0 || loop.held > 2) && t < upper_crossing) {
     if (t < across_end) return ease(leg_low, loop.cable_layer, pass_begin, across_begin, t);
     return ease(loop.cable_layer, leg_high, across_end, pass_end, t);
   }
@@ -152,7 +168,8 @@ class Drawing {
         depth_ = std::max(depth_, 1.3 * chart.yarns[stitch.yarn].radius_mm);
     }
     for (int row = 0; row < courses(); ++row) {
-      loops_.push_back(loops_below(chart, row + 1));
+      loops_.push_back(loops_of(row));
+      caught_.push_back(caught_floats(row));
       crossings_.push_back(crossing_below(chart, row));
       crosses_ = crosses_ || crossings_.back().band > 0;
     }
@@ -191,20 +208,85 @@ class Drawing {
   }
 
  private:
+  const ChartStitch& stitch(int course, int column) const {
+    const auto& row = chart_.rows[wrapped(course, chart_.rows.size())];
+    return row[wrapped(column, row.size())];
+  }
+
+  /// The loops of a course: of those that are slipped, as they are held above.
+  std::vector<Loop> loops_of(int course) const {
+    using Held = ChartStitch::Held;
+    std::vector<Loop> loops = loops_below(chart_, course + 1);
+    for (int k = 0; k < columns_; ++k) {
+      Loop& loop = loops[k];
+      int courses = 0;
+      while (courses < max_slipped && stitch(course + courses + 1, k).held != Held::none) ++courses;
+      const int sign = loop.sign;
+      if (courses > 0) loop = loops_below(chart_, course + courses + 1)[k];
+      loop.sign = sign;
+      loop.courses = courses;
+      loop.tucked = stitch(course, k).held == Held::tuck;
+      const bool holds_tuck = courses > 0 && stitch(course + courses, k).held == Held::tuck;
+      if (loop.tucked || holds_tuck) {
+        loop.rank = loop.tucked ? 1 : 0;
+        loop.held = 2;
+        loop.cable_layer = loop.tucked ? -1 : 1;
+      }
+      if (stitch(course, k).source_loops.empty()) loop.twist = stitch(course, k).twist;
+    }
+    return loops;
+  }
+
+  /// Whether the yarn passes behind floats left of each column, which catches them.
+  std::vector<bool> caught_floats(int course) const {
+    std::vector<bool> caught(columns_);
+    const int longest = chart_.max_float;
+    for (const std::size_t yarn : yarns_of(course)) {
+      for (int begin = 0; longest > 0 && begin < columns_; ++begin) {
+        if (stitch(course, begin - 1).yarn != yarn) continue;
+        int length = 0;
+        while (stitch(course, begin + length).yarn != yarn) ++length;
+        const int parts = (length + longest - 1) / longest;
+        for (int part = 1; part < parts; ++part) {
+          const int middle = begin + part * length / parts;
+          // The nearest place between two stitches of one yarn.
+          for (int away = 0; 2 * away <= longest; ++away) {
+            const int place = middle + (away % 2 == 0 ? 1 : -1) * ((away + 1) / 2);
+            if (place <= begin || place >= begin + length ||
+                stitch(course, place - 1).yarn != stitch(course, place).yarn)
+              continue;
+            caught[wrapped(place, columns_)] = true;
+            break;
+          }
+        }
+      }
+    }
+    return caught;
+  }
+
   const Loop& loop(int course, int column) const {
     return loops_[course][wrapped(column, loops_[course].size())];
   }
 
   bool is_knitted(int course, int column, std::size_t yarn) const {
-    const auto& row = chart_.rows[course];
-    return row[wrapped(column, row.size())].yarn == yarn;
+    using Held = ChartStitch::Held;
+    const ChartStitch& own = stitch(course, column);
+    return own.yarn == yarn && (own.held == Held::none || own.held == Held::tuck);
+  }
+
+  /// Depth of a yarn that passes a column.
+  double float_depth_of(int course, int column, std::size_t yarn) const {
+    const ChartStitch& own = stitch(course, column);
+    return own.yarn == yarn && own.held == ChartStitch::Held::yarn_in_front ? -float_depth : float_depth;
   }
 
   /// Parameters of the points of one column: of a loop, or of a float.
   std::vector<double> stations(int course, int column, std::size_t yarn) const {
     const bool knitted = is_knitted(course, column, yarn);
     // Legs are long where any loop of the course passes.
-    const int passed = knitted ? crossings_[wrapped(course + 1, crossings_.size())].widest : 0;
+    const Loop& own = loop(course, column);
+    int passed = knitted ? crossings_[wrapped(course + own.courses + 1, crossings_.size())].widest : 0;
+    if (knitted && (own.twist != 0 || own.courses > 0)) passed = std::max(passed, 1);
     std::vector<double> stations;
     if (passed == 0) {
       const int count = knitted ? 32 : 4;
@@ -215,11 +297,14 @@ class Drawing {
       for (int k = 0; k < count; ++k) stations.push_back(from + (to - from) * k / count);
     };
     const int across = 4 + 6 * passed;
-    spread(0, pass_begin, 8);
+    const double bend = own.courses > 0 ? lower_crossing : pass_begin;
+    spread(0, bend, 8);
+    spread(bend, pass_begin, 8 * own.courses);
     spread(pass_begin, pass_end, across);
     spread(pass_end, 2 * pi - pass_end, 16);
     spread(2 * pi - pass_end, 2 * pi - pass_begin, across);
-    spread(2 * pi - pass_begin, 2 * pi, 8);
+    spread(2 * pi - pass_begin, 2 * pi - bend, 8 * own.courses);
+    spread(2 * pi - bend, 2 * pi, 8);
     return stations;
   }
 
@@ -228,20 +313,27 @@ class Drawing {
       return V3d(chart_.wale_mm * x, chart_.course_mm * lifted(x, y), depth_ * z);
     };
     if (!is_knitted(course, column, yarn))
-      return placed(column + t / (2 * pi), course - height + level, float_depth);
-    const Loop& own = loop(course, column);
+      return placed(column + t / (2 * pi), course - height + level, float_depth_of(course, column, yarn));
+    Loop own = loop(course, column);
     const int neighbour = t < pi ? column - 1 : column + 1;
     const double from_foot = std::min(t, 2 * pi - t);
     const bool floats = !is_knitted(course, neighbour, yarn);
-    const double foot_middle = floats ? float_depth : -0.5 * (own.sign + loop(course, neighbour).sign);
+    const bool caught = !floats && caught_[course][wrapped(std::max(column, neighbour), columns_)];
+    const double foot_middle = floats   ? float_depth_of(course, neighbour, yarn)
+                               : caught ? catch_depth
+                                        : -0.5 * (own.sign + loop(course, neighbour).sign);
+    const double across = std::clamp((from_foot - across_begin) / (across_end - across_begin), 0.0, 1.0);
+    if (own.twist != 0) own.cable_layer += 0.6 * (t < pi ? -own.twist : own.twist);
     const double lean =
-        own.passed() == 0
-            ? 0.96 * own.lean * ease(0, 1, 0.7, 2.6, from_foot)
-            : own.lean * std::clamp((from_foot - across_begin) / (across_end - across_begin), 0.0, 1.0);
-    double y = course - height * std::cos(t);
+        own.passed() == 0 ? 0.96 * own.lean * ease(0, 1, 0.7, 2.6, from_foot) : own.lean * across;
+    // The head of a turned loop is passed from the right to the left.
+    const double turned = own.twist == 0 ? 1 : 1 - 2 * across;
+    const double x = 0.5 + turned * (t / (2 * pi) - 0.5 + neck * std::sin(2 * t));
+    // A slipped loop has longer legs.
+    const double longer = (from_foot - lower_crossing) / (pass_begin - lower_crossing);
+    double y = course - height * std::cos(t) + own.courses * std::clamp(longer, 0.0, 1.0);
     if (floats) y += ease(level, 0, 0, foot_crossing, from_foot);
-    return placed(column + t / (2 * pi) + neck * std::sin(2 * t) + lean, y,
-                  depth_of(own, foot_middle, from_foot));
+    return placed(column + x + lean, y, depth_of(own, foot_middle, from_foot));
   }
 
   /// A height in one column, in courses, after those where loops pass have made their room: the plane is
@@ -282,7 +374,8 @@ class Drawing {
   const KnitChart& chart_;
   int columns_;
   std::vector<std::vector<Loop>> loops_;  ///< of every course
-  std::vector<Crossing> crossings_;       ///< below every row
+  std::vector<std::vector<bool>> caught_;
+  std::vector<Crossing> crossings_;  ///< below every row
   bool crosses_ = false;
   double depth_ = 0;  ///< mm
 };

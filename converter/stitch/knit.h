@@ -13,10 +13,16 @@ namespace selvedge {
 struct ChartStitch {
   bool purl = false;  ///< drawn through from the front to the back, not from the back to the front
   /// Columns, counted from its own, of the loops of the course below that it is drawn through: one; none of a
-  /// yarn over; two of a decrease, of which the first lies in front of the second.
+  /// yarn over; two or three of a decrease, from the one in front to the one behind.
   std::vector<int> source_loops{0};
   int cable_layer = 0;   ///< of a cable: its loop crosses in front of the others (1) or behind them (-1)
   std::size_t yarn = 0;  ///< that it is knitted with
+  /// 1: a loop is turned, its right leg over its left one; -1: the left one over the right one. It is the
+  /// loop that this stitch is drawn through, or its own, where it is drawn through none.
+  int twist = 0;
+  /// Not knitted: the loop below stays for the stitch above. The yarn passes behind it or in front of it, or
+  /// lies behind it as a loop of its own, and both are knitted as one.
+  enum class Held { none, yarn_behind, yarn_in_front, tuck } held = Held::none;
 
   bool operator==(const ChartStitch&) const = default;
 };
@@ -28,11 +34,16 @@ struct KnitChart {
   double wale_mm = 5;                          ///< width of one stitch
   double course_mm = 3.8;                      ///< height of one course
   std::vector<Yarn> yarns;                     ///< without segments
+  /// Stitches that a yarn may pass behind the cloth; a longer float is caught behind a stitch. 0: none is.
+  int max_float = 0;
 };
 
 /// Fraction of the drawing's height that loops may take to move to other columns; with less left, the other
 /// parts of the courses would come too close to each other.
 constexpr double max_crossing_fraction = 0.6;
+
+/// Courses that a loop can be slipped.
+constexpr int max_slipped = 6;
 
 /// Height, in courses, that the loops below this row take in the drawing to move to other columns: 0 where
 /// none does. Precondition as of draw_knit().
