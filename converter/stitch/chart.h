@@ -22,11 +22,9 @@ namespace selvedge {
 constexpr std::size_t max_chart_bytes = 1U << 20U;
 
 /// Limits of a chart: stitches of all rows, yarns, yarns of one row.
-constexpr std::size_t max_chart_stitches = 1024;
+constexpr std::size_t max_chart_stitches = 1U << 16U;
 constexpr std::size_t max_chart_yarns = 8;
 constexpr std::size_t max_row_yarns = 4;
-/// Wider cables are drawn well, but do not come to rest at the full thickness of a usual yarn.
-constexpr int max_cable = 8;
 /// Stitches that a yarn may pass without a remark: knitters catch longer floats.
 constexpr int max_float_without_remark = 5;
 
@@ -43,9 +41,9 @@ struct ChartText {
 /// is thicker.
 double default_radius(const KnitChart& chart, int kind);
 
-/// Refuses (stitch_invalid, place: the line) unknown keys and stitches, numbers and counts out of range, rows
-/// that are not numbered up or down by one, rows of other lengths, decreases without yarn overs, and cables
-/// for whose crossing there are too few rows.
+/// Reads charts and written instructions. Refuses (stitch_invalid, place: the line) unknown keys and
+/// stitches, numbers and counts out of range, gaps in the numbers of rows, rows that do not fit one width,
+/// decreases without yarn overs, and cables for whose crossing there are too few rows.
 Result<ChartText> read_chart(std::string_view text, const std::string& file);
 
 }  // namespace selvedge

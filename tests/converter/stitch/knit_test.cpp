@@ -96,9 +96,17 @@ int passes(const std::vector<V3d>& line, const LoopLine& loop, const V3d& shift)
   return sum;
 }
 
+/// Courses that are looked through below a stitch; a column `deeper` counts one more of them.
+constexpr int max_down = 3;
+constexpr int deeper = 100;
+
 /// Row, column and columns to the right of the loop below that a stitch is drawn through: how often its first
 /// half goes through that loop from the back to the front, and its second half back.
 using Links = std::map<std::tuple<std::size_t, std::size_t, int>, std::pair<int, int>>;
+
+bool is_loop(const ChartStitch& stitch) {
+  return stitch.held == ChartStitch::Held::none || stitch.held == ChartStitch::Held::tuck;
+}
 
 /// The loops of every course.
 std::vector<std::vector<LoopLine>> courses_of(const KnitChart& chart, const StitchPattern& pattern) {
@@ -107,7 +115,8 @@ std::vector<std::vector<LoopLine>> courses_of(const KnitChart& chart, const Stit
   for (const auto& row : chart.rows) {
     courses.emplace_back();
     std::map<std::size_t, std::vector<std::size_t>> columns;
-    for (std::size_t k = 0; k < row.size(); ++k) columns[row[k].yarn].push_back(k);
+    for (std::size_t k = 0; k < row.size(); ++k)
+      if (is_loop(row[k])) columns[row[k].yarn].push_back(k);
     for (const auto& [yarn, knitted] : columns) {
       const auto loops = loops_of(pattern.yarns[chain++], pattern.period_mm, chart.course_mm, knitted);
       courses.back().insert(courses.back().end(), loops.begin(), loops.end());
@@ -123,24 +132,29 @@ Links links_of(const KnitChart& chart, const StitchPattern& pattern) {
   const auto count = static_cast<int>(columns);
   Links links;
   for (std::size_t row = 0; row < courses.size(); ++row) {
-    const auto& below = courses[(row + courses.size() - 1) % courses.size()];
-    const double up = row == 0 ? pattern.period_mm.y : 0;
-    for (const LoopLine& loop : courses[row]) {
-      for (const LoopLine& other : below) {
-        for (int turn = -2; turn <= 2; ++turn) {
-          const V3d shift(turn * pattern.period_mm.x, up, 0);
-          const std::pair<int, int> found{passes(loop.up, other, shift), passes(loop.down, other, shift)};
-          const int away = static_cast<int>(other.column) - static_cast<int>(loop.column) - turn * count;
-          // A yarn over is drawn through nothing: what it passes, its neighbours' legs pass beyond their
-          // feet.
-          if (!chart.rows[row][loop.column].source_loops.empty()) {
-            links[{row, loop.column, away}].first += found.first;
-            links[{row, loop.column, away}].second += found.second;
-          } else {
-            const std::size_t before = (loop.column + columns - 1) % columns;
-            const std::size_t after = (loop.column + 1) % columns;
-            links[{row, before, away + 1}].second += found.first;
-            links[{row, after, away - 1}].first += found.second;
+    for (int down = 1; down <= max_down; ++down) {
+      const int lower = static_cast<int>(row) - down;
+      const int rows = static_cast<int>(courses.size());
+      const int periods = lower >= 0 ? 0 : (rows - 1 - lower) / rows;
+      for (const LoopLine& loop : courses[row]) {
+        for (const LoopLine& other : courses[lower + periods * rows]) {
+          for (int turn = -2; turn <= 2; ++turn) {
+            const V3d shift(turn * pattern.period_mm.x, periods * pattern.period_mm.y, 0);
+            const std::pair<int, int> found{passes(loop.up, other, shift), passes(loop.down, other, shift)};
+            const int away = static_cast<int>(other.column) - static_cast<int>(loop.column) - turn * count +
+                             deeper * (down - 1);
+            // A yarn over is drawn through nothing: what it passes, its neighbours' legs pass beyond their
+            // feet.
+            const ChartStitch& stitch = chart.rows[row][loop.column];
+            if (!stitch.source_loops.empty() && stitch.held == ChartStitch::Held::none) {
+              links[{row, loop.column, away}].first += found.first;
+              links[{row, loop.column, away}].second += found.second;
+            } else {
+              const std::size_t before = (loop.column + columns - 1) % columns;
+              const std::size_t after = (loop.column + 1) % columns;
+              links[{row, before, away + 1}].second += found.first;
+              links[{row, after, away - 1}].first += found.second;
+            }
           }
         }
       }
@@ -179,11 +193,37 @@ Links expected(const KnitChart& chart) {
   Links links;
   for (std::size_t row = 0; row < chart.rows.size(); ++row) {
     for (std::size_t k = 0; k < chart.rows[row].size(); ++k) {
-      const int way = chart.rows[row][k].purl ? -1 : 1;
-      for (const int through : chart.rows[row][k].source_loops) links[{row, k, through}] = {way, -way};
+      const ChartStitch& stitch = chart.rows[row][k];
+      if (stitch.held != ChartStitch::Held::none) continue;
+      for (const int through : stitch.source_loops) {
+        // Down to the loop that is knitted; a tuck is held with it.
+        for (int down = 1, is_held = 1; is_held != 0; ++down) {
+          const int count = static_cast<int>(chart.rows.size());
+          const auto& below = chart.rows[((static_cast<int>(row) - down) % count + count) % count];
+          const auto columns = static_cast<int>(below.size());
+          const ChartStitch& loop = below[((static_cast<int>(k) + through) % columns + columns) % columns];
+          is_held = loop.held == ChartStitch::Held::none ? 0 : 1;
+          const bool turned = stitch.twist != 0 || (loop.source_loops.empty() && loop.twist != 0);
+          const int way = stitch.purl != turned ? -1 : 1;
+          if (is_loop(loop)) links[{row, k, through + deeper * (down - 1)}] = {way, -way};
+        }
+      }
     }
   }
   return links;
+}
+
+/// The same for the yarn from the middle of one stitch to the middle of the next: where a loop moves away
+/// below a knit stitch beside a purl one, their foot goes through it, on either side of the foot's middle.
+Links between_stitches(const Links& links, std::size_t columns) {
+  Links strands;
+  for (const auto& [place, ways] : links) {
+    const auto& [row, column, through] = place;
+    strands[{row, column, through}].first += ways.first;
+    strands[{row, (column + 1) % columns, through - 1}].first += ways.second;
+  }
+  std::erase_if(strands, [](const auto& strand) { return strand.second.first == 0; });
+  return strands;
 }
 
 std::string text_of(const Links& links) {
@@ -252,12 +292,35 @@ TEST_CASE("as drawn, yarns have the room that relaxation begins with, and the wi
        {"1: k p", "3: p k2 p\n2: p c2f p\n1: p k2 p", "2: k4\n1: c4b", "4: k8\n3: c8f\n2: k8\n1: k8",
         "4: k9\n3: p c8b\n2: k9\n1: k9", "1: c2f k", "4: k12\n3: k ssk k5 yo k4\n2: p12\n1: p yo k8 k2tog k",
         "yarn A: radius_mm=0.3\nyarn B: radius_mm=0.6\n2: k4 [A2 B2]\n1: k ssk yo k [A B A B]",
-        "yarn A:\nyarn B:\nyarn C:\nyarn D:\n1: k4 [A B C D]"}) {
+        "yarn A:\nyarn B:\nyarn C:\nyarn D:\n1: k4 [A B C D]",
+        // Turned, made, slipped, tucked; decreases of three; cables of other halves.
+        "1: k ktbl", "2: ptbl k\n1: k p", "2: k4\n1: k m1l k2tog k", "2: k4\n1: k ssk m1r k",
+        "2: k4\n1: k p2tog yo k", "2: k5\n1: k yo cdd yo k", "2: k5\n1: yo k3tog yo k2",
+        "2: k5\n1: k2 yo sssk yo", "2: p5\n1: k yo sk2p yo k", "2: k5\n1: k yo p3tog yo k",
+        "3: k3\n2: k slwyib k\n1: k3", "3: k3\n2: k slwyif k\n1: k3", "3: p2\n2: k slwyib\n1: k slwyif",
+        "4: k2\n3: k slwyib\n2: k slwyib\n1: k p", "3: k3\n2: k tuck k\n1: k3",
+        "yarn A:\nyarn B:\n2: k slwyib [B]\n1: k2 [A]", "4: k2 tuck k\n3: k4\n2: tuck k3\n1: k4",
+        "float: 3\nyarn A:\nyarn B:\n1: k9 [A8 B]\n2: k9 [B A8]"}) {
     const std::string chart_text = text;
     CAPTURE(chart_text);
     const KnitChart chart = test::need(read_chart(text, "chart")).knit;
     StitchPattern drawn = draw_knit(chart, "chart");
     CHECK(text_of(links_of(chart, drawn)) == text_of(expected(chart)));
+    for (Yarn& yarn : drawn.yarns) yarn.radius_mm *= RelaxOptions().start_fraction;
+    CHECK(test::need(minimum_clearance(drawn, "")) > 0);
+  }
+}
+
+TEST_CASE("cables over purl keep their links, and their knit stitches lie in front") {
+  for (const char* text : {"4: p5\n3: p 2/1rpc p\n2: p5\n1: p 2/1lpc p", "4: k4\n3: t3b k\n2: k4\n1: k t3f",
+                           "2: p6\n1: p t4f p"}) {
+    const std::string chart_text = text;
+    CAPTURE(chart_text);
+    const KnitChart chart = test::need(read_chart(text, "chart")).knit;
+    StitchPattern drawn = draw_knit(chart, "chart");
+    const std::size_t columns = chart.rows.front().size();
+    CHECK(text_of(between_stitches(links_of(chart, drawn), columns)) ==
+          text_of(between_stitches(expected(chart), columns)));
     for (Yarn& yarn : drawn.yarns) yarn.radius_mm *= RelaxOptions().start_fraction;
     CHECK(test::need(minimum_clearance(drawn, "")) > 0);
   }
