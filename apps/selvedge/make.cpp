@@ -209,6 +209,8 @@ void add_recipe(Options& options, MakeCommand& command) {
          {"--quality", "--texels", "--views", "--lights", "--samples", "--indirect", "--bounces", "--pairs",
           "--truth-samples", "--sides", "--yarns", "--seed", "--grid", "--lobes", "--no-table"})
       for (const std::string& text : options.given_texts(name)) command.recipe[name + 2] = recipe_value(text);
+    for (const std::string& text : options.given_texts("--float"))
+      command.recipe["set"]["float"] = recipe_value(text);
     if (command.options.file_bytes) command.recipe["bytes"] = *command.options.file_bytes;
   });
 }

@@ -24,6 +24,11 @@ void add_settings(Options& options, CellOptions& cell) {
                      refuse("--set", fmt::format("\"{}\" sets a parameter a second time", text));
                  }
                });
+  options.text("--float", "N", "Stitches that a yarn of a chart may pass before it is caught (pictures: 7)",
+               [&cell](const std::string& text) {
+                 if (!parse_setting("float=" + text, cell.settings))
+                   refuse("--float", fmt::format("\"{}\" is no number", text));
+               });
 }
 
 }  // namespace
@@ -32,7 +37,8 @@ Option add_cell(Options& options, std::string& input, CellOptions& cell) {
   const Option option =
       options.text("input", input, "STITCH",
                    "A built-in stitch (selvedge stitch --list), a stitch description (.json), a "
-                   "weaving draft (.wif), a knitting chart (.txt), or a mesh (.obj .ply)");
+                   "weaving draft (.wif), a knitting chart or instructions (.txt, or .png, a pixel a "
+                   "stitch), or a mesh (.obj .ply)");
   option.required().reads();
   options
       .number("--grid", cell.mesh.cubes_across, "N",

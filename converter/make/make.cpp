@@ -299,7 +299,8 @@ nlohmann::ordered_json recipe_value(const std::string& text) {
 nlohmann::ordered_json recipe_of(const std::string& name, const FoundStitch& stitch,
                                  nlohmann::ordered_json options) {
   constexpr std::size_t max_text = 1 << 14;
-  options["stitch"] = name;
+  // A picture became the text of a chart.
+  options["stitch"] = name.ends_with(".png") ? name.substr(0, name.size() - 4) + ".txt" : name;
   options.erase("text");
   if (!stitch.file_text.empty() && stitch.file_text.size() <= max_text) options["text"] = stitch.file_text;
   return options;

@@ -32,7 +32,8 @@ bool is_stitch(const std::string& name_or_path) {
   // Without an ending it must be a name: the error of find_stitch() lists the names.
   return is_built_in(name_or_path) || std::filesystem::path(name_or_path).extension().empty() ||
          has_ending(name_or_path, ".json") || has_ending(name_or_path, ".wif") ||
-         has_ending(name_or_path, ".txt") || begins_as_draft(name_or_path);
+         has_ending(name_or_path, ".txt") || has_ending(name_or_path, ".png") ||
+         begins_as_draft(name_or_path);
 }
 
 Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& options) {

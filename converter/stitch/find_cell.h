@@ -32,8 +32,8 @@ struct Cell {
 bool is_stitch(const std::string& name_or_path);
 
 /// The mesh of one cell from a built-in stitch's name ("plain-knit"), a stitch description (a path ending in
-/// .json), a weaving draft (.wif, or by its beginning), a knitting chart (.txt) or a mesh file (any other
-/// path).
+/// .json), a weaving draft (.wif, or by its beginning), a knitting chart (.txt or .png) or a mesh file (any
+/// other path).
 Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& options = {});
 
 /// The files that find_cell() reads: none for a built-in stitch, else the path, and the material files that

@@ -16,6 +16,7 @@
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/knit.h"
 #include "converter/stitch/pattern_json.h"
+#include "converter/stitch/picture_chart.h"
 #include "converter/stitch/weave.h"
 #include "converter/stitch/wif.h"
 #include "converter/stitch/yarn_mesh.h"
@@ -87,6 +88,13 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
                  100,
                  "root of tex over cm of yarn a stitch: gives wale and course, if set with tex"},
                 slack_parameter()};
+  if (drawn.yarns.size() > 1) {
+    parameters.push_back({"float",
+                          {1.0 * drawn.max_float},
+                          0,
+                          1024,
+                          "stitches that a yarn may pass behind the cloth before it is caught; 0: any"});
+  }
   append(parameters, stitch_parameters(drawn.yarns.front().fibre_kind));
   const auto shorter = [wales = drawn.rows.front().size(), courses = drawn.rows.size()](double wale,
                                                                                         double course) {
@@ -105,6 +113,7 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
     KnitChart set = chart.knit;
     set.wale_mm = values.number("wale_mm");
     set.course_mm = values.number("course_mm");
+    if (set.yarns.size() > 1) set.max_float = static_cast<int>(values.number("float"));
     const double gauge = std::min(set.wale_mm / chart.knit.wale_mm, set.course_mm / chart.knit.course_mm);
     for (std::size_t k = 0; k < set.yarns.size(); ++k) {
       Yarn& yarn = set.yarns[k];
@@ -494,7 +503,7 @@ enum class Text { draft, chart, description };
 /// Drafts are known by their beginning, too, under any name.
 Text kind_of(const std::string& text, const std::string& path) {
   if (is_wif(text) || has_ending(path, ".wif")) return Text::draft;
-  return has_ending(path, ".txt") ? Text::chart : Text::description;
+  return has_ending(path, ".txt") || has_ending(path, ".png") ? Text::chart : Text::description;
 }
 
 const BuiltIn* built_in(const std::string& name) {
@@ -506,6 +515,7 @@ const BuiltIn* built_in(const std::string& name) {
 /// The text in a file. Throws Failure.
 std::string text_in(const std::string& path) {
   const auto text = read_file(path, std::max(max_wif_bytes, max_stitch_bytes));
+  if (text && is_png(*text)) return chart_of_picture(*text, path);
   if (text && !foreign_file_message(*text).empty())
     throw Failure{{Code::stitch_invalid, path, "", std::string(foreign_file_message(*text))}};
   if (text || text.error().code != Code::file_missing) return value_or_throw(text);

@@ -76,9 +76,9 @@ using StartCallback = std::function<void(const StitchSize&)>;
 using Relaxer = std::function<RelaxResult(const StitchPattern&, const RelaxOptions&)>;
 
 /// A built-in stitch by its name, or else the stitch description (.json), the weaving draft (.wif) or the
-/// knitting chart (.txt) in a file. Refuses other names (stitch_unknown), and settings that the stitch does
-/// not have, that are out of range, or whose yarns have no room at their gauge (option_out_of_range).
-/// `start` is called for charts and drafts.
+/// knitting chart (.txt, or a picture, .png) in a file. Refuses other names (stitch_unknown), and settings
+/// that the stitch does not have, that are out of range, or whose yarns have no room at their gauge
+/// (option_out_of_range). `start` is called for charts and drafts.
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings = {},
                                 const StartCallback& start = {}, const Relaxer& relaxer = relax);
 

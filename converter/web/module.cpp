@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "converter/make/make.h"
+#include "converter/stitch/picture_chart.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "fitter/refit_to_pairs.h"
 #include "format/base/digest.h"
@@ -294,6 +295,10 @@ Result<std::string> read_file(const std::string& path, std::uintmax_t) {
   if (stitch_text) return *stitch_text;
   return fail(Code::file_missing, path, {}, "no such file");
 }
+
+/// The browser reads pictures.
+bool is_png(const std::string&) { return false; }
+std::string chart_of_picture(const std::string&, const std::string&) { return {}; }
 
 void refit_to_pairs(Fabric&, const PairSamples&, int, const FitOptions&) {}  // no pairs are measured
 

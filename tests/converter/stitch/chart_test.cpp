@@ -6,8 +6,10 @@
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/find_cell.h"
 #include "converter/stitch/parameters.h"
+#include "converter/stitch/picture_chart.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
+#include "format/picture/image.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
 
@@ -325,4 +327,25 @@ TEST_CASE("written instructions are read as they are worked, and their repeat is
   CHECK(yarns.knit.yarns.size() == 2);
   CHECK((yarns.knit.rows[0][0].yarn == 0 && yarns.knit.rows[1][0].yarn == 1 &&
          yarns.knit.rows[2][0].yarn == 1));
+}
+
+TEST_CASE("a picture is a chart: a pixel is a stitch, a colour a yarn, from the most frequent on") {
+  const auto picture = [](int width, int height, int colours, float opacity = 1) {
+    Image image{width, height, 4, {}};
+    for (int k = 0; k < width * height; ++k) {
+      const bool light = k < colours;
+      for (const float value :
+           {light ? static_cast<float>(k % 256) / 255 : 1.0F, light ? 0.0F : 1.0F, 1.0F, opacity})
+        image.pixels.push_back(value);
+    }
+    const auto bytes = test::need(encode_png(image, Transfer::keep));
+    return catch_failure(
+        [&] { return chart_of_picture(std::string(bytes.begin(), bytes.end()), "heart.png"); });
+  };
+  CHECK(test::need(picture(3, 2, 1)) ==
+        "float: 7\nyarn A: albedo=#ffffff\nyarn B: albedo=#0000ff\n2: k3 [B1 A2]\n1: k3 [A3]\n");
+  CHECK(test::error_of(picture(20, 20, 200)).message.starts_with("201 colours, at most 6 can be yarns"));
+  CHECK(test::error_of(picture(300, 300, 1))
+            .message.starts_with("300 x 300 pixels, a chart has at most 256 x 256"));
+  CHECK(test::error_of(picture(2, 2, 1, 0.5F)).message.starts_with("4 pixels are not opaque"));
 }
