@@ -101,7 +101,9 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   assert.deepEqual(colour.set, { colour: '#aa3322' });
   await picture('red');
   // The page brings how the yarns of built-in stitches rest.
-  const { relaxed } = await changes('stitch', choose('purl'));
+  const { relaxed, set: kept } = await changes('stitch', choose('purl'));
+  // Another stitch keeps its own colours: a fair isle of one would be plain.
+  assert.deepEqual(kept, {});
   assert.equal(relaxed, colour.relaxed);
   await changes('gauge', type('wale_mm', '4.6'));
   assert.ok((await seen()).relaxed > relaxed);
@@ -207,6 +209,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   assert.match(faulty.refusal, /^seed.txt: line 8: there is no stitch "q"/);
   assert.equal(await page.locator('.cell.wrong').innerText(), 'q');
   assert.ok(all_cloth(faulty));
+  await changes('instructions', () => text.fill('Row 1 (RS): *K1, p1; rep from * to end.\nRow 2: P the knits and k the purls.\n'));
   await choose('poplin')();
   for (const tie of [1, 2]) await cell(`Tie-up ${tie}: ${tie}`).click();
   const unwoven = await until(({ making, refusal }) => !making && refusal !== '');
@@ -215,7 +218,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   await until(({ making, refusal }) => !making && /^poplin.wif: \[WEFT\] Threads: 5000 x 5000 yarns are more than .* \[\w+\]$/.test(refusal));
   assert.match(await page.locator('#grid').innerText(), /edited as text/);
   await changes('undo', async () => {
-    for (let k = 0; k < 7; ++k) await page.getByRole('button', { name: 'Undo' }).click();
+    for (let k = 0; k < 8; ++k) await page.getByRole('button', { name: 'Undo' }).click();
   });
 
   // A refusal is a line where it is typed; the cloth stays.

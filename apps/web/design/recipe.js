@@ -45,12 +45,12 @@ export function set(name, value) {
   const {[name]: before, ...rest} = recipe.set;
   change({...recipe, set: value === null ? rest : {...rest, [name]: value}});
 }
-/** The settings that another stitch has, too; `known`: names, where its parameters are not known. */
-function settings_of(stitch, known) {
+/** The settings that another stitch has, too; `known`: names, where its parameters are not known; without those `left_out`. */
+function settings_of(stitch, known, left_out = /^$/) {
   const names = stitches.get(stitch)?.parameters.map(({name}) => name) ?? known;
-  return Object.fromEntries(Object.entries(recipe.set).filter(([name]) => names.includes(name)));
+  return Object.fromEntries(Object.entries(recipe.set).filter(([name]) => names.includes(name) && !left_out.test(name)));
 }
-export const choose = ({stitch, text}) => change({stitch, ...text !== undefined && {text}, set: settings_of(stitch, ['colour', 'yarn'])});
+export const choose = ({stitch, text}) => change({stitch, ...text !== undefined && {text}, set: settings_of(stitch, ['yarn'], /colour$|albedo$/)});
 /** Takes the parameters of a text's stitch. Settings that it lacks are left out; whether it has others than were known. */
 export function describe(stitch) {
   if (JSON.stringify(stitches.get(stitch.stitch)) === JSON.stringify(stitch)) return;
