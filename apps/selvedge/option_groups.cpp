@@ -24,11 +24,13 @@ void add_settings(Options& options, CellOptions& cell) {
                      refuse("--set", fmt::format("\"{}\" sets a parameter a second time", text));
                  }
                });
-  options.text("--float", "N", "Stitches that a yarn of a chart may pass before it is caught (pictures: 7)",
-               [&cell](const std::string& text) {
-                 if (!parse_setting("float=" + text, cell.settings))
-                   refuse("--float", fmt::format("\"{}\" is no number", text));
-               });
+  options
+      .text("--float", "N", "Stitches that a yarn of a chart may pass before it is caught (pictures: 7)",
+            [&cell](const std::string& text) {
+              if (!parse_setting("float=" + text, cell.settings))
+                refuse("--float", fmt::format("\"{}\" is no number", text));
+            })
+      .advanced();
 }
 
 }  // namespace

@@ -335,6 +335,8 @@ Result<nlohmann::ordered_json> sheet_of(const FoundStitch& stitch, const YarnDat
     sheet["construction"] = "knit";
     sheet["walesPerCentimetre"] = short_number(stitch.wales * 10 / period.x);
     sheet["coursesPerCentimetre"] = short_number(stitch.stitch_count * 10 / (stitch.wales * period.y));
+    sheet["plainWalesPerCentimetre"] = short_number(10 / stitch.plain_mm.x);
+    sheet["plainCoursesPerCentimetre"] = short_number(10 / stitch.plain_mm.y);
     sheet["tightness"] = short_number(numbers->tightness);
     sheet["stitchesPerSquareCentimetre"] = short_number(stitch.stitch_count * 100 / (period.x * period.y));
   }

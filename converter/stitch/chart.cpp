@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
+#include <optional>
 #include <set>
 #include <sstream>
 
@@ -126,11 +127,13 @@ class ChartReader {
       if (!count)
         refuse_line(line.number, fmt::format("float must be a count from 1 to 1024, is \"{}\"", line.value));
       chart_.knit.max_float = *count;
+    } else if (line.key == "blocked" && (line.value == "yes" || line.value == "no")) {
+      blocked_ = line.value == "yes";
     } else {
-      refuse_line(
-          line.number,
-          fmt::format("\"{}\" must be name, wale_mm, course_mm, float, \"yarn A\" or the number of a row",
-                      line.key));
+      refuse_line(line.number,
+                  fmt::format("\"{}\" must be name, wale_mm, course_mm, blocked (yes or no), float, "
+                              "\"yarn A\" or the number of a row",
+                              line.key));
     }
   }
 
@@ -203,6 +206,12 @@ class ChartReader {
     check_slipped();
     const double shorter = std::min(knit.wale_mm * static_cast<double>(knit.rows.front().size()),
                                     knit.course_mm * static_cast<double>(knit.rows.size()));
+    // Lace is always blocked: it closes as soon as it is free.
+    const auto is_yarn_over = [](const ChartStitch& stitch) {
+      return stitch.source_loops.empty() && stitch.held == ChartStitch::Held::none && stitch.twist == 0;
+    };
+    knit.blocked = blocked_.value_or(std::ranges::any_of(
+        knit.rows, [&](const auto& row) { return std::ranges::any_of(row, is_yarn_over); }));
     for (std::size_t k = 0; k < knit.yarns.size(); ++k) {
       double& radius = knit.yarns[k].radius_mm;
       if (radius == 0) radius = default_radius(knit, knit.yarns[k].fibre_kind);
@@ -304,6 +313,7 @@ class ChartReader {
   }
 
   const std::string& file_;
+  std::optional<bool> blocked_;
   ChartText chart_;
   std::vector<std::string> names_;  ///< of the yarns
   bool has_head_yarns_ = false;
@@ -318,7 +328,7 @@ class ChartReader {
 
 double default_radius(const KnitChart& chart, int kind) {
   const double gauge = std::min(chart.wale_mm / KnitChart().wale_mm, chart.course_mm / KnitChart().course_mm);
-  return (kind == 0 ? 0.6 : 0.79) * gauge;
+  return (kind == 0 ? 0.6 : 0.71) * gauge;
 }
 
 Result<ChartText> read_chart(std::string_view text, const std::string& file) {

@@ -22,7 +22,7 @@ namespace selvedge {
 constexpr std::size_t max_chart_bytes = 1U << 20U;
 
 /// Limits of a chart: stitches of all rows, yarns, yarns of one row.
-constexpr std::size_t max_chart_stitches = 1U << 16U;
+constexpr std::size_t max_chart_stitches = 1U << 14U;
 constexpr std::size_t max_chart_yarns = 8;
 constexpr std::size_t max_row_yarns = 4;
 /// Stitches that a yarn may pass without a remark: knitters catch longer floats.

@@ -38,7 +38,7 @@ std::span<const YarnKind> yarn_kinds();
 YarnKind fibre_or_default(int kind);
 
 /// Fraction of fibre in the section of knitting yarn, whatever its fibre (spec/stitch.md, Textile numbers).
-inline constexpr double knit_packing = 0.2;
+inline constexpr double knit_packing = 0.235;
 
 /// Yarn count in tex (g/km) of a round yarn, and the inverse; `packing`: fraction of fibre in its section.
 double tex_of(double radius_mm, int kind, double packing);

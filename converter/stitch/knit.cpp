@@ -48,6 +48,13 @@ constexpr double float_depth = -2.4;
 constexpr double float_pitch = 0.2;
 constexpr double catch_depth = -3.6;
 
+// The table of lengths (spec/chart.md), beside a knit stitch: a yarn over is wrapped about the needle and
+// drawn through nothing. The legs of a crossed loop rise two courses on their way across wales that stand
+// half as wide as those of plain knit.
+constexpr double length_of_yarn_over = 0.75;
+constexpr double crossed_wale = 0.5;
+constexpr double crossed_courses = 2;
+
 /// How one loop is connected.
 struct Loop {
   int sign = 1;            ///< drawn to the front (1) or to the back (-1)
@@ -185,7 +192,8 @@ class Drawing {
   }
 
   /// The chain of one of the yarns of a course, whose floats lie `level` courses above the feet.
-  std::vector<BezierSegment> chain(int course, std::size_t yarn, double level) const {
+  std::vector<BezierSegment> chain(int course, std::size_t yarn, double level,
+                                   std::vector<KnitPart>& parts) const {
     std::vector<V3d> points;
     std::size_t begin = 0;
     std::size_t end = 0;
@@ -193,8 +201,10 @@ class Drawing {
     for (int column = -1; column <= columns_; ++column) {
       if (column == 0) begin = points.size();
       if (column == columns_) end = points.size();
-      for (const double t : stations(course, column, yarn))
-        points.push_back(point(course, column, yarn, level, t));
+      const std::vector<double> places = stations(course, column, yarn);
+      for (const double t : places) points.push_back(point(course, column, yarn, level, t));
+      if (column >= 0 && column < columns_)
+        parts.push_back({is_knitted(course, column, yarn), length(course, column, yarn), places.size()});
     }
     // Catmull-Rom through the points.
     const auto tangent = [&](std::size_t k) { return (points[k + 1] - points[k - 1]) * 0.5; };
@@ -308,6 +318,19 @@ class Drawing {
     return stations;
   }
 
+  /// Length of yarn by the table, mm.
+  double length(int course, int column, std::size_t yarn) const {
+    if (!is_knitted(course, column, yarn)) return chart_.wale_mm;
+    const double knit = length_of_knit(chart_.wale_mm, chart_.course_mm);
+    if (chart_.rows[course][column].source_loops.empty()) return length_of_yarn_over * knit;
+    const Loop& own = loop(course, column);
+    const double held = chart_.course_mm * own.courses;
+    if (own.passed() == 0) return knit + held;
+    const double across = crossed_wale * chart_.wale_mm * own.lean;
+    const double up = crossed_courses * chart_.course_mm;
+    return knit + held + 2 * (std::hypot(across, up) - up);
+  }
+
   V3d point(int course, int column, std::size_t yarn, double level, double t) const {
     const auto placed = [&](double x, double y, double z) {
       return V3d(chart_.wale_mm * x, chart_.course_mm * lifted(x, y), depth_ * z);
@@ -384,9 +407,12 @@ class Drawing {
 
 double crossing_courses(const KnitChart& chart, int row) { return crossing_below(chart, row).band; }
 
-StitchPattern draw_knit(const KnitChart& chart, const std::string& name) {
+double length_of_knit(double wale_mm, double course_mm) { return std::sqrt(23.1 * wale_mm * course_mm); }
+
+DrawnKnit draw_knit(const KnitChart& chart, const std::string& name) {
   const Drawing drawing(chart);
-  StitchPattern pattern;
+  DrawnKnit drawn;
+  StitchPattern& pattern = drawn.pattern;
   pattern.name = name;
   pattern.period_mm = {chart.wale_mm * static_cast<double>(chart.rows.front().size()),
                        chart.course_mm * drawing.courses()};
@@ -396,13 +422,13 @@ StitchPattern draw_knit(const KnitChart& chart, const std::string& name) {
       Yarn yarn = chart.yarns[yarns[k]];
       const double level =
           float_pitch * (static_cast<double>(k) - 0.5 * static_cast<double>(yarns.size() - 1));
-      yarn.segments = drawing.chain(course, yarns[k], level);
+      yarn.segments = drawing.chain(course, yarns[k], level, drawn.parts.emplace_back());
       if (yarn.name.empty()) yarn.name = fmt::format("course {}", course + 1);
       if (yarns.size() > 1) yarn.name += fmt::format(", yarn {}", yarns[k] + 1);
       pattern.yarns.push_back(std::move(yarn));
     }
   }
-  return pattern;
+  return drawn;
 }
 
 }  // namespace selvedge

@@ -33,7 +33,8 @@ struct KnitChart {
   std::vector<std::vector<ChartStitch>> rows;  ///< from the bottom upwards, all of one length, left to right
   double wale_mm = 5;                          ///< width of one stitch
   double course_mm = 3.8;                      ///< height of one course
-  std::vector<Yarn> yarns;                     ///< without segments
+  bool blocked = false;     ///< the cloth is stretched to these; else they are plain knit's
+  std::vector<Yarn> yarns;  ///< without segments
   /// Stitches that a yarn may pass behind the cloth; a longer float is caught behind a stitch. 0: none is.
   int max_float = 0;
 };
@@ -49,10 +50,26 @@ constexpr int max_slipped = 6;
 /// none does. Precondition as of draw_knit().
 double crossing_courses(const KnitChart& chart, int row);
 
+/// A part of a chain: a loop from foot to foot, or a float behind a stitch of another yarn.
+struct KnitPart {
+  bool is_loop = true;
+  double length_mm = 0;      ///< of yarn, by the table in spec/chart.md
+  std::size_t segments = 0;  ///< of the drawing
+};
+
+/// Length of the loop of a knit stitch in plain knit of this gauge, mm (Knapton et al. 1968: 23.1 in fully
+/// relaxed cloth of any yarn, as the root of the area of a stitch, squared).
+double length_of_knit(double wale_mm, double course_mm);
+
+struct DrawnKnit {
+  StitchPattern pattern;
+  std::vector<std::vector<KnitPart>> parts{};  ///< of each yarn, in their order
+};
+
 /// The yarns of the chart, with radii at which they do not touch (RelaxOptions::start_fraction). Each course
 /// has one chain for every yarn that it is knitted with; a yarn passes stitches of other yarns behind the
 /// cloth. Precondition: a chart by these rules, at least one yarn, and crossings that together take no more
 /// than max_crossing_fraction of the rows.
-StitchPattern draw_knit(const KnitChart& chart, const std::string& name);
+DrawnKnit draw_knit(const KnitChart& chart, const std::string& name);
 
 }  // namespace selvedge

@@ -24,6 +24,7 @@
 #include "format/base/foreign.h"
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
+#include "format/fabric/yarn_hairs.h"
 
 namespace selvedge {
 namespace {
@@ -32,9 +33,10 @@ namespace {
 struct BuiltIn {
   StitchInfo info;
   /// The yarns as drawn, before relaxation.
-  std::function<StitchPattern(const StitchValues&)> draw;
+  std::function<DrawnKnit(const StitchValues&)> draw;
   int stitch_count = 0;     ///< of a knit, in a repeat
   int wales = 0;            ///< the same
+  bool blocked = false;     ///< KnitChart::blocked
   std::size_t warps = 0;    ///< of a weave: its first yarns, wefts are behind them; of a knit 0
   StitchSettings settings;  ///< of its chart, where a user sets no others
 };
@@ -108,6 +110,7 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
     for (const auto& [name, value] : chart.settings[k]) stitch.settings[prefixes[k] + name] = value;
   }
   stitch.wales = static_cast<int>(drawn.rows.front().size());
+  stitch.blocked = drawn.blocked;
   stitch.stitch_count = stitch.wales * static_cast<int>(drawn.rows.size());
   stitch.draw = [=](const StitchValues& values) {
     KnitChart set = chart.knit;
@@ -133,7 +136,7 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
 }
 
 /// Least texels, each way, that resolve the yarn of a chart's stitch.
-constexpr int texels_per_stitch = 4;
+constexpr int texels_per_stitch = 2;
 
 Yarn coloured(const V3f& albedo, double radius_mm, const Gloss& gloss = {}) {
   Yarn yarn;
@@ -191,7 +194,7 @@ BuiltIn weave(const StitchEntry& entry) {
                 {}};
     for (auto row = cell.rows.rbegin(); row != cell.rows.rend(); ++row)
       for (const char c : *row) weave.warp_is_over.push_back(c == '#');
-    return draw_weave(weave, name);
+    return DrawnKnit{draw_weave(weave, name)};
   };
   return stitch;
 }
@@ -280,11 +283,18 @@ double relaxation_work(const StitchPattern& pattern, bool rough = false) {
   return rough ? searched / rough_work : squares + searched;
 }
 constexpr double max_relaxation_work = 2e8;
+
+/// The same for a knit, whose time and memory grow with its pieces: 16,384 stitches of the usual yarn have a
+/// third of it.
+double relaxation_work(const DrawnKnit& knit) {
+  constexpr double work_per_radius = 130;
+  double radii = 0;
+  for (std::size_t y = 0; y < knit.parts.size(); ++y)
+    for (const KnitPart& part : knit.parts[y]) radii += part.length_mm / knit.pattern.yarns[y].radius_mm;
+  return work_per_radius * radii;
+}
 constexpr const char* too_much_work =
     "the yarns are too long for their thickness: to relax them would take too long";
-
-/// Length of yarn in a stitch of a relaxed knit, in wales.
-constexpr double wales_of_loop = 3.8;
 
 /// Settings with radii by the yarns' counts, and the size of a stitch by its tightness.
 StitchSettings by_count(const BuiltIn& stitch, StitchSettings settings) {
@@ -303,10 +313,12 @@ StitchSettings by_count(const BuiltIn& stitch, StitchSettings settings) {
   }
   if (!values.is_set("tightness")) return settings;
   if (!values.is_set("tex")) refuse("tightness", "needs tex");
-  const double wale = 10 * std::sqrt(values.number("tex")) / values.number("tightness") / wales_of_loop;
-  const double course = wale * values.number("course_mm") / values.number("wale_mm");
-  settings.try_emplace("wale_mm", std::vector{wale});
-  settings.try_emplace("course_mm", std::vector{course});
+  const double length = 10 * std::sqrt(values.number("tex")) / values.number("tightness");
+  const double wale = values.number("wale_mm");
+  const double course = values.number("course_mm");
+  const double scale = length / length_of_knit(wale, course);
+  settings.try_emplace("wale_mm", std::vector{scale * wale});
+  settings.try_emplace("course_mm", std::vector{scale * course});
   return settings;
 }
 
@@ -355,12 +367,20 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
     return fail(Code::option_out_of_range, stitch.info.name,
                 woven ? "--set warp_radius_mm, weft_radius_mm" : "--set radius_mm", std::move(why));
   };
-  StitchPattern drawn = stitch.draw(values);
+  DrawnKnit knit = stitch.draw(values);
+  StitchPattern& drawn = knit.pattern;
   set_seed(values, stitch.info.name, drawn);
-  if (relaxation_work(drawn) > max_relaxation_work) return refuse(too_much_work);
+  if ((woven ? relaxation_work(drawn) : relaxation_work(knit)) > max_relaxation_work)
+    return refuse(too_much_work);
   if (tell) tell(values, drawn);
-  RelaxResult result = relaxer(drawn, relax_options(values, woven, !given));
-  if (given ? result.radius_fraction < 1 - touching_overlap : !result.has_settled)
+  RelaxOptions options = relax_options(values, woven, !given);
+  options.parts = std::move(knit.parts);
+  if (!woven) options.gauge_mm = {values.number("wale_mm"), values.number("course_mm")};
+  if (stitch.blocked) options.blocked_mm = drawn.period_mm;
+  RelaxResult result = relaxer(drawn, options);
+  // Soft yarn of a knit gives way before it is refused.
+  const double min_part = woven ? 1 - touching_overlap : 0.85;
+  if (given ? result.radius_fraction < min_part : !result.has_settled)
     return refuse(fmt::format(
         "the yarns are too thick for their gauge and slack: there is room for {:.2f} of their radius",
         result.radius_fraction));
@@ -368,8 +388,12 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
   tell_thickness(result.radius_fraction, found);
   if (woven) {
     apply_woven_settings(values, stitch.warps, found.pattern);
-    value_or_throw(validate(found.pattern, stitch.info.name));
+  } else {
+    found.plain_mm = options.gauge_mm;
+    for (Yarn& yarn : found.pattern.yarns)
+      yarn.hair_mm = std::min(yarn.hair_mm, 0.99 * shorter_period(found.pattern) / max_hair_length_ratio);
   }
+  value_or_throw(validate(found.pattern, stitch.info.name));
   lay_repeats(values, stitch.info.name, found);
   found.stitch_count = stitch.stitch_count * found.repeats * found.repeats;
   found.wales = stitch.wales * found.repeats;

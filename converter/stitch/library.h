@@ -58,6 +58,7 @@ struct FoundStitch {
   int repeats = 1;                     ///< of the stitch, each way, that the pattern holds
   int stitch_count = 0;                ///< of a knit, in the pattern
   int wales = 0;                       ///< the same: columns of stitches
+  V2d plain_mm{0, 0};                  ///< of a knit: a stitch of plain knit of its yarn, the gauge
   std::vector<std::string> remarks{};  ///< choices, omissions and faults, one line each
   std::string file_text{};             ///< of its file; empty of a built-in stitch
 };

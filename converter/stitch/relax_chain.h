@@ -35,6 +35,13 @@ struct RelaxChain {
   }
 };
 
+/// exp(x) for |x| < 1, to 1e-8, of the same bits everywhere.
+inline double exp_of(double x) {
+  double power = (2048 + x) / (2048 - x);
+  for (int i = 0; i < 10; ++i) power *= power;
+  return power;
+}
+
 /// Points at equal distances along a chain, linear between the old ones.
 std::vector<V3d> resampled(const RelaxChain& chain, std::size_t count);
 

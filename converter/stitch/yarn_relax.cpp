@@ -9,6 +9,7 @@
 #include "converter/mesh/surface_points.h"
 #include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/implicit_surface.h"
+#include "converter/stitch/knit_rest.h"
 #include "converter/stitch/relax_chain.h"
 
 namespace selvedge {
@@ -81,13 +82,6 @@ struct Piece {
   double half = 0;                               ///< of its length, mm
   std::uint32_t chain = 0, index = 0, next = 0;  ///< `index` in its chain, `next` among all points
 };
-
-/// exp(x) for |x| < 1, to 1e-8, of the same bits everywhere.
-double exp_of(double x) {
-  double power = (2048 + x) / (2048 - x);
-  for (int i = 0; i < 10; ++i) power *= power;
-  return power;
-}
 
 /// Two pieces that may touch: the second one moved by `shift`.
 struct Contact {
@@ -563,6 +557,11 @@ double thin_to_touch(StitchPattern& pattern) {
 }  // namespace
 
 RelaxResult relax(const StitchPattern& pattern, const RelaxOptions& options) {
+  if (!options.parts.empty()) {
+    RelaxResult rested = rest_knit(pattern, options);
+    if (options.may_thin && !options.is_rough) rested.radius_fraction *= thin_to_touch(rested.pattern);
+    return rested;
+  }
   const double min_part = options.is_rough ? 0.85 : 0.95;
   constexpr int max_tries = 4;
   RelaxResult relaxed{pattern, 1};

@@ -8,7 +8,7 @@
 // bending alternate with projections of the contacts between capsules, with steps that shrink to zero.
 #pragma once
 
-#include "converter/stitch/pattern.h"
+#include "converter/stitch/knit.h"
 
 namespace selvedge {
 
@@ -33,14 +33,23 @@ struct RelaxOptions {
   /// For hundreds of yarns: longer pieces, 60 steps, overlaps of up to 0.02 radii, and any thinner yarns that
   /// have room.
   bool is_rough = false;
+  /// Parts of each yarn of a knit (draw_knit()), whose loops keep their lengths: rest_knit() does it then.
+  /// And the size of a stitch of plain knit; the size that the repeat is blocked to, 0: its own.
+  std::vector<std::vector<KnitPart>> parts{};
+  V2d gauge_mm{0, 0};
+  V2d blocked_mm{0, 0};
 };
 
 struct RelaxResult {
   /// The same yarns, moved, their chains smooth and centred in z, with the given radii, or smaller ones if
   /// there is no room.
   StitchPattern pattern;
-  double radius_fraction = 1;  ///< fraction of the given radii
-  bool has_settled = true;     ///< whether the last try had room for most of its radii
+  double radius_fraction = 1;                  ///< fraction of the given radii
+  bool has_settled = true;                     ///< whether the last try had room for most of its radii
+  std::vector<std::vector<KnitPart>> parts{};  ///< of a knit
+  V2d plain_mm{0, 0};                          ///< of a knit: size of a free stitch of plain knit
+  int steps = 0;                               ///< of a knit
+  double residual = 0;  ///< of a knit: fraction of the energy that the last steps freed
 };
 
 /// Yarns of fibres (Yarn::fibre_kind) are soft: their sections flatten where they press each other, and

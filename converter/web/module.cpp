@@ -97,6 +97,9 @@ std::string key_of(StitchPattern pattern, RelaxOptions o) {
   Numbers all;
   all.pass(o.bending_length_radii, o.gap_radii, o.start_fraction, o.max_thickness_radii, o.in_plane_restoring,
            o.may_thin, o.steps, o.is_rough, pattern.period_mm.x, pattern.period_mm.y);
+  all.pass(o.gauge_mm.x, o.gauge_mm.y, o.blocked_mm.x, o.blocked_mm.y);
+  for (auto& parts : o.parts)
+    for (KnitPart& part : parts) all.pass(part.is_loop, part.length_mm, part.segments);
   for (Yarn& yarn : pattern.yarns) {
     bool soft = yarn.fibre_kind != 0;
     all.pass(yarn.radius_mm, yarn.flattening, soft);
@@ -107,7 +110,8 @@ std::string key_of(StitchPattern pattern, RelaxOptions o) {
 
 /// Passes all that relax() changes.
 void pass(RelaxResult& relaxed, Numbers& all) {
-  all.pass(relaxed.radius_fraction, relaxed.has_settled);
+  all.pass(relaxed.radius_fraction, relaxed.has_settled, relaxed.pattern.period_mm.x,
+           relaxed.pattern.period_mm.y);
   for (Yarn& yarn : relaxed.pattern.yarns) {
     all.pass(yarn.radius_mm, yarn.flattening);
     all.pass_all(yarn.segments);

@@ -127,15 +127,15 @@ test_a_weaving_draft_is_a_stitch() {
 test_a_knitting_chart_is_a_stitch() {
   printf 'yarn A: albedo=#ffffff\nyarn B: albedo=#ff0000\n2: k8 [A7 B]\n1: k8\n' >dots.txt
   exits 0 selvedge stitch dots.txt --set yarn=tube --json
-  holds "r.periodMm[0] === 40 && r.yarns === 3 && Math.abs(r.clearanceMm) < 0.012"
+  holds "Math.abs(r.periodMm[0] - 38) < 2 && r.yarns === 3 && Math.abs(r.clearanceMm) < 0.012"
   holds "r.remarks[0] === 'yarn B floats behind 7 stitches of row 2: knitters catch what is longer than 5'"
   # The built-in stitch, from its chart.
-  printf 'name: rib\nwale_mm: 4\nyarn A: albedo=0.60,0.53,0.43 radius_mm=0.74\n1: k p\n' >rib.txt
+  printf 'name: rib\nyarn A: albedo=0.60,0.53,0.43\n1: k p\n' >rib.txt
   selvedge stitch rib.txt -o of-chart.json --quiet
   selvedge stitch rib -o built-in.json --quiet
   same of-chart.json built-in.json
   exits 0 selvedge make rib.txt --set yarn=tube -o r.fabric.exr --quiet --texels 16 "${small[@]:2}"
-  refuses OPTION_OUT_OF_RANGE 'its yarns need 32x8 texels' selvedge bake dots.txt -o o.exr "${small[@]}"
+  refuses OPTION_OUT_OF_RANGE 'its yarns need 16x4 texels' selvedge bake dots.txt -o o.exr "${small[@]}"
 }
 
 # reports PROGRAM VERB COMMAND...: the report is one JSON text with the frame of all reports, and nothing else is said.

@@ -22,7 +22,9 @@ export const srgb = (x) => x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) -
 
 /** Lines of the data sheet: members of `sheet` (spec/fabric.md), with units. */
 const SHEET = [
-  ['walesPerCentimetre', 'Wales', '/cm'], ['coursesPerCentimetre', 'Courses', '/cm'], ['endsPerCentimetre', 'Ends', '/cm'],
+  ['walesPerCentimetre', 'Wales', '/cm'], ['coursesPerCentimetre', 'Courses', '/cm'],
+  ['plainWalesPerCentimetre', 'Wales of plain knit', '/cm'], ['plainCoursesPerCentimetre', 'Courses of plain knit', '/cm'],
+  ['endsPerCentimetre', 'Ends', '/cm'],
   ['picksPerCentimetre', 'Picks', '/cm'], ['gramsPerSquareMetre', 'Weight', 'g/m²'], ['tex', 'Count', 'tex'], ['thicknessMm', 'Thickness', 'mm'],
   ['cover', 'Cover', ''], ['coverWithHairs', 'Cover with hairs', ''], ['tightness', 'Tightness', ''], ['composition', 'Fibres', ''],
 ];

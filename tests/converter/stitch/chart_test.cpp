@@ -92,7 +92,7 @@ TEST_CASE("a row is knitted with the yarns of its letters, else with the first")
   CHECK(text.knit.yarns[0].radius_mm == 0.25);
   CHECK(text.knit.yarns[0].fibre_kind == find_yarn_kind("wool"));
   CHECK(text.knit.yarns[1].albedo == V3f(0.25F, 0.5F, 1));
-  CHECK(text.knit.yarns[1].radius_mm == doctest::Approx(0.395));  // as 0.6 to 5 mm and 3.8 mm
+  CHECK(text.knit.yarns[1].radius_mm == doctest::Approx(0.355));  // as 0.71 to 5 mm and 3.8 mm
   CHECK(text.knit.yarns[1].fibre_kind == find_yarn_kind("silk"));
   CHECK(text.settings[1] == StitchSettings{{"plies", {2}}});
   std::string yarns;
@@ -138,7 +138,9 @@ TEST_CASE("what a chart says wrong is refused with its line") {
   CHECK(refusal("name: a\nk2 p2") ==
         "line 2: is neither of the form \"name: rope\" nor a row such as \"1: k2 p2\"");
   CHECK(refusal("gauge: 3\n1: k") ==
-        "line 1: \"gauge\" must be name, wale_mm, course_mm, float, \"yarn A\" or the number of a row");
+        "line 1: \"gauge\" must be name, wale_mm, course_mm, blocked (yes or no), float, \"yarn A\" or the "
+        "number "
+        "of a row");
   CHECK(refusal("1: k\nname: a") == "line 2: \"name\" must come before the rows");
   CHECK(refusal("name: a\nname: b\n1: k") == "line 2: \"name\" is said a second time");
   CHECK(refusal("wale_mm: 0\n1: k") == "line 1: wale_mm must be a number from 0.001 to 1000, is \"0\"");
@@ -177,13 +179,16 @@ TEST_CASE("rows and yarns that do not fit are refused with their line and word")
       {"1: k2\n2: k3", "line 2: row 2 takes 3 stitches, row 1 takes 2 stitches" + fit},
       {"1: k\n3: k", "line 2: row 2 is missing below row 3"},
       {"1: k\n1: k", "line 2: row 1 is given a second time"},
-      {"0: k", "line 1: \"0\" must be name, wale_mm, course_mm, float, \"yarn A\" or the number of a row"},
+      {"0: k",
+       "line 1: \"0\" must be name, wale_mm, course_mm, blocked (yes or no), float, \"yarn A\" or the number "
+       "of a "
+       "row"},
       {"1:", "line 1: the row has no stitch"},
       {"1: 4 k", "line 1: \"4\" counts nothing"},
       {std::string("wale_mm: 5\0x\n1: k", 17), "line 1: has a NUL byte"},
-      {"1: k 99999999999", "line 1: \"k 99999999999\" has no count from 1 to 65536"},
-      {"1: (k9999) 20 times", "line 1: more than 65536 stitches: " + one},
-      {"1: k40000\n2: k40000", "line 2: more than 65536 stitches in all rows: " + one},
+      {"1: k 99999999999", "line 1: \"k 99999999999\" has no count from 1 to 16384"},
+      {"1: (k999) 20 times", "line 1: more than 16384 stitches in all rows: " + one},
+      {"1: k9000\n2: k9000", "line 2: more than 16384 stitches in all rows: " + one},
       {"1: k yo k", "line 1: row 1 takes 2 stitches and makes 3: " + counts},
       {"1: k6\n2: c6f\n",
        "line 2: stitches that move aside take 1.58 rows of the chart, there is room for 1.20"},
@@ -224,7 +229,7 @@ TEST_CASE("rows and yarns that do not fit are refused with their line and word")
       {"Row 1: work sts as they appear", "line 1: row 1 shows what no row below it has"},
       {"Row 1: k1, psso", "line 1: \"psso\" passes no slipped stitch over"},
       {"Row 1: (k2, p2", "line 1: a bracket is not closed"},
-      {"Row 1: K1000000", "line 1: \"K1000000\" has no count from 1 to 65536"},
+      {"Row 1: K1000000", "line 1: \"K1000000\" has no count from 1 to 16384"},
       {std::string("Row 1: ") + std::string(99, '('), "line 1: \"(\" is in too many brackets"}};
   for (const auto& [text, why] : cases) {
     CAPTURE(text);
@@ -241,7 +246,7 @@ TEST_CASE("a chart on disk is a stitch with the parameters of a knit and of each
   CHECK(files_of_cell(path) == std::vector<std::string>{path});
   const FoundStitch found = test::need(find_stitch(path));
   CHECK(found.pattern.name == "stripe");
-  CHECK(found.pattern.period_mm == V2d(5, 7.6));
+  CHECK(found.plain_mm == V2d(5, 3.8));
   // The size is told before the yarns are laid, and may be refused.
   StitchSize told;
   const Error refused = test::error_of(find_stitch(path, {{"repeats", {2}}}, [&](const StitchSize& size) {
@@ -252,7 +257,7 @@ TEST_CASE("a chart on disk is a stitch with the parameters of a knit and of each
   CHECK(told.min_texels == found.min_texels * 2);
   CHECK(told.crossing_count == found.stitch_count * 4);
   CHECK_FALSE(told.is_woven);
-  CHECK(found.min_texels == V2i(4, 8));
+  CHECK(found.min_texels == V2i(2, 4));
   REQUIRE(found.pattern.yarns.size() == 2);
   CHECK(found.pattern.yarns[0].fibre_kind == find_yarn_kind("wool"));
   CHECK(found.pattern.yarns[0].plies == 3);
@@ -264,7 +269,6 @@ TEST_CASE("a chart on disk is a stitch with the parameters of a knit and of each
                                                           {"wale_mm", {2.5}},
                                                           {"course_mm", {1.9}}}))
                                 .pattern;
-  CHECK(set.period_mm == V2d(2.5, 3.8));
   for (const Yarn& yarn : set.yarns) CHECK(yarn.fibre_kind == 2);
   CHECK(set.yarns[0].radius_mm == doctest::Approx(0.2));
   CHECK(set.yarns[1].radius_mm == doctest::Approx(0.25));

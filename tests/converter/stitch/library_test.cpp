@@ -29,35 +29,6 @@ double min_radius(const StitchPattern& pattern) {
   return least;
 }
 
-/// Whether the stitches of a course, from left to right, are drawn to the front through the course below:
-/// 'k', to the back: 'p'. Its legs pass the head of the loop below above the place where its foot passes that
-/// loop's legs.
-std::string stitches_of(const StitchPattern& pattern, std::size_t course, int columns) {
-  const Yarn& yarn = pattern.yarns[course];
-  const std::size_t count = pattern.yarns.size();
-  const Yarn& below = pattern.yarns[(course + count - 1) % count];
-  const double pitch = pattern.period_mm.y / static_cast<double>(count);
-  const double middle = yarn.segments[0][0].y;  // a foot's
-  std::string stitches;
-  for (int column = 0; column < columns; ++column) {
-    double over = 0;
-    double under = 0;
-    int overs = 0;
-    int unders = 0;
-    for (const Crossing& c : crossings_of(pattern, yarn, below)) {
-      const double wales = c.at.x / pattern.period_mm.x * columns;
-      if (std::floor(wales) != column || std::abs(c.at.y - middle) > 0.75 * pitch) continue;
-      (c.z_a > c.z_b ? over : under) += c.at.y;
-      ++(c.z_a > c.z_b ? overs : unders);
-    }
-    // Two of each; leaning legs may cross their neighbour's as well.
-    CHECK(overs >= 2);
-    CHECK(unders >= 2);
-    stitches += over / overs > under / unders ? 'k' : 'p';
-  }
-  return stitches;
-}
-
 /// Rows of the drawdown from the bottom, '#' where the warp is over. Warp yarns come first.
 std::vector<std::string> drawdown_of(const StitchPattern& pattern, std::size_t warps) {
   std::vector<std::string> rows;
@@ -152,22 +123,6 @@ TEST_CASE("slack is the gap between neighbouring yarns, and makes them longer") 
   }
 }
 
-TEST_CASE("a knit has one endless chain per course, drawn through the course below as its chart says") {
-  const std::vector<std::pair<std::string, std::vector<std::string>>> charts{
-      {"plain-knit", {"k"}}, {"purl", {"p"}},        {"rib", {"kp"}},
-      {"rib-2x2", {"kkpp"}}, {"garter", {"k", "p"}}, {"two-colour", {"k", "k"}}};
-  for (const auto& [name, rows] : charts) {
-    const std::string named = name;  // Clang 14 captures no bindings.
-    CAPTURE(named);
-    const StitchPattern pattern = found(name);
-    REQUIRE(pattern.yarns.size() == rows.size());
-    for (std::size_t course = 0; course < rows.size(); ++course) {
-      CHECK(chain_periods(pattern.yarns[course], pattern.period_mm) == V2i(1, 0));
-      CHECK(stitches_of(pattern, course, static_cast<int>(rows[course].size())) == rows[course]);
-    }
-  }
-}
-
 TEST_CASE("weaves go over and under as their names say") {
   const std::vector<std::pair<std::string, std::vector<std::string>>> weaves{
       {"plain-weave", {"#-", "-#"}},
@@ -191,7 +146,7 @@ TEST_CASE("parameters move what they name") {
                                                   {"twist_per_mm", {-0.5}},
                                                   {"gloss", {0.25}},
                                                   {"roughness", {0.4}}});
-  CHECK(knit.period_mm == V2d(2.5, 1.9));
+  CHECK((knit.period_mm - V2d(2.5, 1.9)).length() < 1e-9);
   CHECK(knit.yarns[0].radius_mm == doctest::Approx(0.3));  // follows the gauge
   CHECK(knit.yarns[0].albedo == V3f(0.1F, 0.2F, 0.3F));
   CHECK(knit.yarns[0].plies == 3);

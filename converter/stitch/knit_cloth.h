@@ -1,0 +1,177 @@
+// A knit as yarns that keep their lengths, bend and touch, in a repeat whose size may be free.
+//
+// At rest its energy is least. In units of bending stiffness by radius r of the thickest yarn, for pieces of
+// length l,
+//
+//   sum over points of r / (2 l^3) (|b| - k l^2)^2          bending: b the second difference, k the rest
+//   curvature
+//   + sum over pieces of s l / (2 r) (|d| / l - 1)^2        stretch of a piece d
+//   + sum over pairs of pieces of c / 2 (overlap / r)^2     contact
+//   + sum over pieces of p l / (2 r) max(0, |z| / r - h)^2  cloth dries lying flat
+//
+// of the points and of the logarithms of the repeat's width and height. It is found by L-BFGS (Nocedal and
+// Wright, "Numerical Optimization", 7.2), which begins with the inverse of the Gauss-Newton Hessian: without
+// it a wale that turns, or a repeat that draws in, takes thousands of steps. Anchors: Kaldor et al. 2008,
+// "Simulating Knitted Cloth at the Yarn Level"; Leaf et al. 2018, "Interactive Design of Periodic Yarn-Level
+// Cloth Patterns".
+#pragma once
+
+#include <Eigen/SparseCholesky>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "converter/stitch/knit.h"
+
+namespace selvedge {
+
+/// What a cloth is brought to, in stages, and rests at.
+struct ClothGoal {
+  bool grows = false;       ///< from the drawing: yarn grows to its thickness, loops to their lengths
+  bool presses = false;     ///< soft yarn takes its full section, flat where it is pressed
+  bool is_free = false;     ///< whether the size of the repeat is free at last
+  V2d period_mm{0, 0};      ///< size of the repeat at the end of the stages; 0: as it is
+  double float_factor = 1;  ///< on the lengths of floats
+  int max_steps = 300;      ///< after the stages
+};
+
+class KnitCloth {
+ public:
+  /// `curvature`: at rest, of a loop, 1/mm, at equal distances from foot to foot; empty: straight.
+  KnitCloth(const DrawnKnit& knit, double gap_radii, const std::vector<double>& curvature);
+
+  void rest(const ClothGoal& goal);
+
+  V2d period() const { return period_; }
+  /// Mean curvature of its loops, as it is given.
+  std::vector<double> curvature() const;
+  /// Steps taken.
+  int steps() const { return steps_; }
+  /// Fraction of the energy that the last steps_between_factors steps have freed.
+  double residual() const { return residual_; }
+  /// Fraction of the radius of yarn that there is room for.
+  double radius_fraction() const { return thin_; }
+  /// Gives yarns their segments, squeezes and period; radii stay.
+  void give(DrawnKnit& knit) const;
+
+ private:
+  struct Part {
+    std::uint32_t begin, end;  ///< points
+    bool is_loop;
+    double drawn, length;  ///< mm
+  };
+  struct Chain {
+    std::uint32_t begin = 0, end = 0;
+    V2d turns{0, 0};
+    double radius = 0;
+    bool soft = false;
+    double log_flattening = 0;
+    std::vector<Part> parts;
+  };
+  /// From a point to the next.
+  struct Piece {
+    V3d along, middle;
+    double reach;  ///< from its middle
+  };
+  /// Two pieces that may touch, the second one moved by whole periods.
+  struct Pair {
+    std::uint32_t a, b;
+    std::int16_t x, y;
+  };
+  struct Contact {
+    std::uint32_t a, b;
+    double s, t;   ///< fractions of both pieces
+    V3d slope;     ///< what the distance grows by when a moves
+    V3d apart;     ///< from b to a
+    double depth;  ///< of the overlap, mm
+  };
+  /// One vector for each point, and the logarithms of the period.
+  struct Vector {
+    std::vector<V3d> points;
+    V2d period{0, 0};
+    double dot(const Vector& other) const;
+    void add(double factor, const Vector& other);
+  };
+  /// A square in the Hessian: weight (sum of part n x of points + rate times the period's logarithms)^2.
+  struct Square {
+    std::uint32_t points[4];
+    double parts[4];
+    int count;
+    V3d n;
+    V2d rate;
+    double weight;
+  };
+  struct Hessian {
+    std::vector<Eigen::Triplet<float>> entries;  ///< of points of one tile
+    Vector sides[2];                             ///< of all points with the period
+    double corner[3] = {0, 0, 0};                ///< of the period: xx, xy, yy
+  };
+  using Factor = Eigen::SimplicialLLT<Eigen::SparseMatrix<float>>;
+
+  // knit_cloth.cpp: what rests.
+  void set_tiles();
+  void set_lengths(double part, double float_factor);
+  void set_radii();
+  void press_sections();
+  void set_sections();
+  double energy(Vector& gradient);
+  template <class Visit>
+  void visit_contacts(const Visit& visit);
+  void search_if_moved();
+  void search();
+  bool follow(std::uint32_t a, std::uint32_t b, double x, double y) const;
+  double support(std::uint32_t piece, const V3d& direction, V3d& slope) const;
+  V3d way(const Chain& chain) const { return {chain.turns.x * period_.x, chain.turns.y * period_.y, 0}; }
+  V3d after(const Chain& chain, std::uint32_t i) const;
+  V3d before(const Chain& chain, std::uint32_t i) const;
+  /// From point i to the next.
+  V3d along(std::uint32_t i) const {
+    const V3d d = points_[next_[i]] - points_[i];
+    return next_[i] > i ? d : d + way(chains_[chain_of_[i]]);
+  }
+
+  // knit_descent.cpp: how it comes to rest.
+  void converge(int max_steps);
+  bool step(double& energy);
+  Vector descent() const;
+  void move(const Vector& direction, double step);
+  void move_to(const V2d& period);
+  template <class Visit>
+  void visit_squares(const Chain& chain, std::uint32_t point, const Visit& visit) const;
+  void add(const Square& square, std::uint32_t tile, Hessian& hessian) const;
+  void factor();
+  void solve(Vector& v) const;
+  void solve_points(Vector& v) const;
+
+  double gap_;
+  V2d period_;
+  std::vector<Chain> chains_;
+  std::vector<V3d> points_, searched_;
+  std::vector<double> lengths_, curvatures_;  ///< at rest, of the piece behind each point; in the point
+  std::vector<double> radii_, reaches_;       ///< of pieces: of a round section; half the width
+  std::vector<V3d> squeezes_;
+  std::vector<Imath::M33d> strains_;  ///< logarithms of stretches across soft yarn, without trace
+  std::vector<std::uint32_t> next_, chain_of_;
+  std::vector<Piece> pieces_;  ///< of visit_contacts()
+  std::vector<Pair> pairs_;
+  double unit_ = 0;                            ///< radius of the thickest yarn, mm
+  double grown_ = 1, swollen_ = 0, thin_ = 1;  ///< fractions of the radius; 0: a round core, 1: its section
+  double float_factor_ = 1;
+  double stiffness_ = 1;  ///< factor on that of pieces and contacts
+  double overlap_ = 0;    ///< largest, in radii of the thinner yarn
+
+  Vector gradient_;
+  std::vector<std::pair<Vector, Vector>> history_;  ///< moves and changes of the gradient, the oldest first
+  std::vector<std::vector<std::uint32_t>>
+      tiles_;  ///< points of the parts of the cloth factored by themselves
+  std::vector<std::uint32_t> tile_of_, place_of_;  ///< of points: in their tile
+  std::vector<std::unique_ptr<Factor>> factors_;   ///< of tiles
+  Vector borders_[2];                              ///< what points do for the period, by the inverse
+  double period_inverse_[3] = {1, 0, 1};           ///< of its Schur complement: xx, xy, yy
+  bool is_free_ = false;
+  int steps_ = 0;
+  double residual_ = 1;
+};
+
+}  // namespace selvedge

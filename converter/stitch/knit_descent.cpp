@@ -1,0 +1,318 @@
+#include <algorithm>
+#include <cmath>
+
+#include "converter/stitch/knit_contacts.h"
+#include "converter/stitch/yarn_relax.h"
+
+namespace selvedge {
+namespace {
+
+/// Fraction of their radius that yarns begin with, as drawn.
+constexpr double start_fraction = 0.13;
+/// Stages in which yarn grows or swells and the repeat moves, and steps of each; rounds of sections a stage.
+constexpr int stages = 8;
+constexpr int stage_steps = 6;
+constexpr int section_rounds = 4;
+/// Factor on the stiffness of pieces and contacts at last.
+constexpr double last_stiffness = 8;
+/// Steps after which the Hessian is factored again, and rest is looked for: where they free less than this
+/// fraction of the energy.
+constexpr int steps_between_factors = 10;
+constexpr double max_residual = 5e-4;
+/// Largest move of a step, in radii, and of the period's logarithm.
+constexpr double max_move = 0.4;
+constexpr double max_growth = 0.06;
+constexpr std::size_t max_history = 6;
+/// Sufficient decrease of an L-BFGS step (Armijo), and tries.
+constexpr double min_decrease = 1e-4;
+constexpr int max_tries = 8;
+/// Overlap with the gap beside chords, in radii, above which yarn becomes thinner; rounds of it.
+constexpr double max_overlap = touching_overlap + 0.01;
+constexpr int max_thinnings = 12;
+
+}  // namespace
+
+double KnitCloth::Vector::dot(const Vector& other) const {
+  double sum = period.dot(other.period);
+  for (std::size_t i = 0; i < points.size(); ++i) sum += points[i].dot(other.points[i]);
+  return sum;
+}
+
+void KnitCloth::Vector::add(double factor, const Vector& other) {
+  for (std::size_t i = 0; i < points.size(); ++i) points[i] += other.points[i] * factor;
+  period += other.period * factor;
+}
+
+void KnitCloth::rest(const ClothGoal& goal) {
+  const V2d begin = period_;
+  const double floats = goal.grows ? goal.float_factor : float_factor_;
+  is_free_ = false;
+  for (int stage = 1; stage <= stages; ++stage) {
+    const double part = 1.0 * stage / stages;
+    if (goal.grows) grown_ = start_fraction + (1 - start_fraction) * part;
+    if (goal.presses) swollen_ = part;
+    set_lengths(goal.grows ? part : 1, floats + (goal.float_factor - floats) * part);
+    const V2d period = goal.period_mm.x > 0 ? begin + (goal.period_mm - begin) * part : begin;
+    move_to(period);
+    set_radii();
+    for (int round = 0; goal.presses && round < section_rounds; ++round) {
+      press_sections();
+      set_sections();
+    }
+    converge(stage_steps);
+  }
+  float_factor_ = goal.float_factor;
+  is_free_ = goal.is_free;
+  if (goal.presses) stiffness_ = last_stiffness;
+  converge(goal.max_steps);
+  for (int k = 0; goal.presses && overlap_ > max_overlap && k < max_thinnings; ++k) {
+    thin_ *= 1 - 0.5 * std::min(0.2, overlap_ - max_overlap + touching_overlap);
+    set_radii();
+    converge(steps_between_factors);
+  }
+}
+
+/// Stretches the cloth to this repeat.
+void KnitCloth::move_to(const V2d& period) {
+  for (V3d& p : points_)
+    for (int k = 0; k < 2; ++k) p[k] *= period[k] / period_[k];
+  period_ = period;
+}
+
+void KnitCloth::converge(int max_steps) {
+  history_.clear();
+  search();
+  double value = energy(gradient_);
+  double last = 0;
+  int since_factor = steps_between_factors;
+  for (int k = 0; k <= max_steps; ++k) {
+    if (k % steps_between_factors == 0) {
+      residual_ = k > 0 ? (last - value) / value : 1;
+      if (residual_ < max_residual || k == max_steps) return;
+      last = value;
+      factor();
+      since_factor = 0;
+    }
+    if (step(value)) {
+      ++since_factor;
+      continue;
+    }
+    // Nothing better along the way: a new factor, once.
+    if (history_.empty() && since_factor == 0) {
+      residual_ = (last - value) / value;
+      return;
+    }
+    history_.clear();
+    factor();
+    since_factor = 0;
+  }
+}
+
+/// A step of L-BFGS; whether it has lowered the energy.
+bool KnitCloth::step(double& value) {
+  ++steps_;
+  Vector direction = descent();
+  double slope = direction.dot(gradient_);
+  if (slope >= 0) {
+    history_.clear();
+    direction = descent();
+    slope = direction.dot(gradient_);
+  }
+  double longest = 0;
+  for (const V3d& way : direction.points) longest = std::max(longest, way.length2());
+  const double growth = std::max(std::abs(direction.period.x), std::abs(direction.period.y));
+  double length = std::min({1.0, max_move * grown_ * unit_ / std::max(std::sqrt(longest), 1e-300),
+                            max_growth / std::max(growth, 1e-300)});
+  const std::vector<V3d> points = points_;
+  const V2d period = period_;
+  Vector change = gradient_;
+  for (int tries = 0; tries < max_tries; ++tries) {
+    move(direction, length);
+    search_if_moved();
+    const double next = energy(gradient_);
+    if (next <= value + min_decrease * length * slope) {
+      value = next;
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        direction.points[i] *= length;
+        change.points[i] = gradient_.points[i] - change.points[i];
+      }
+      direction.period *= length;
+      change.period = gradient_.period - change.period;
+      if (change.dot(direction) <= 0) return true;
+      if (history_.size() == max_history) history_.erase(history_.begin());
+      history_.emplace_back(std::move(direction), std::move(change));
+      return true;
+    }
+    // The least value of the parabola through both.
+    const double best = -slope * length * length / (2 * std::max(next - value - slope * length, 1e-300));
+    points_ = points;
+    period_ = period;
+    length = std::clamp(best, 0.1 * length, 0.5 * length);
+  }
+  gradient_ = std::move(change);
+  return false;
+}
+
+void KnitCloth::move(const Vector& direction, double step) {
+  const V2d factor(1 + step * direction.period.x, 1 + step * direction.period.y);
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    points_[i] += direction.points[i] * step;
+    for (int k = 0; k < 2; ++k) points_[i][k] *= factor[k];
+  }
+  period_ *= factor;
+}
+
+/// The two loops of L-BFGS.
+KnitCloth::Vector KnitCloth::descent() const {
+  Vector v = gradient_;
+  if (!is_free_) v.period = V2d(0);
+  std::vector<double> factors(history_.size());
+  for (std::size_t k = history_.size(); k-- > 0;) {
+    const auto& [way, change] = history_[k];
+    factors[k] = way.dot(v) / way.dot(change);
+    v.add(-factors[k], change);
+  }
+  if (!is_free_) v.period = V2d(0);
+  solve(v);
+  for (std::size_t k = 0; k < history_.size(); ++k) {
+    const auto& [way, change] = history_[k];
+    v.add(factors[k] - change.dot(v) / way.dot(change), way);
+  }
+  for (V3d& p : v.points) p = -p;
+  v.period = -v.period;
+  return v;
+}
+
+template <class Visit>
+void KnitCloth::visit_squares(const Chain& chain, std::uint32_t i, const Visit& visit) const {
+  const std::uint32_t last = i > chain.begin ? i - 1 : chain.end - 1;
+  const V3d d = along(i);
+  const double rest = lengths_[i];
+  const double length = std::max(std::sqrt(d.length2()), 1e-300);
+  const V3d u = d / length;
+  const double stretching = stiffness_ * stretch_stiffness / unit_;
+  visit(Square{{i, next_[i]}, {-1, 1}, 2, u, V2d(u.x * d.x, u.y * d.y), stretching / rest});
+  const double tension = std::max(0.0, stretching * (length / rest - 1) / length);
+  // Holds thick cloth, and all of it a little, for cloth as a whole is free to move.
+  const double holding = thickness_stiffness * rest / (unit_ * unit_ * unit_);
+  const V3d bend = d - along(last);
+  for (int k = 0; k < 3; ++k) {
+    V3d axis(0);
+    axis[k] = 1;
+    const V2d rate(k == 0 ? bend.x : 0, k == 1 ? bend.y : 0);
+    visit(Square{{i, next_[i], last}, {-2, 1, 1}, 3, axis, rate, unit_ / (rest * rest * rest)});
+    visit(Square{{i, next_[i]}, {-1, 1}, 2, axis, V2d(0), tension});
+    visit(Square{{i}, {1}, 1, axis, V2d(0), holding});
+  }
+}
+
+/// What a square adds to the Hessian of a tile. Squares of points in several tiles are replaced by their
+/// bound by Cauchy and Schwarz, which does not couple these.
+void KnitCloth::add(const Square& square, std::uint32_t tile, Hessian& hessian) const {
+  double tiles = 0;
+  for (int p = 0; p < square.count; ++p) {
+    bool is_new = true;
+    for (int q = 0; q < p; ++q) is_new = is_new && tile_of_[square.points[p]] != tile_of_[square.points[q]];
+    tiles += is_new ? 1 : 0;
+  }
+  const V3d& n = square.n;
+  for (int p = 0; p < square.count; ++p) {
+    const std::uint32_t point = square.points[p];
+    if (tile_of_[point] != tile) continue;
+    for (int k = 0; k < 2; ++k)
+      hessian.sides[k].points[point] += n * (square.weight * square.parts[p] * square.rate[k]);
+    for (int q = 0; q < square.count; ++q) {
+      if (tile_of_[square.points[q]] != tile) continue;
+      const auto row = static_cast<int>(3 * place_of_[point]);
+      const auto column = static_cast<int>(3 * place_of_[square.points[q]]);
+      const double weight = tiles * square.weight * square.parts[p] * square.parts[q];
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+          if (row + i >= column + j && n[i] * n[j] != 0)
+            hessian.entries.emplace_back(row + i, column + j, static_cast<float>(weight * n[i] * n[j]));
+    }
+  }
+  if (tile_of_[square.points[0]] != tile) return;
+  hessian.corner[0] += square.weight * square.rate.x * square.rate.x;
+  hessian.corner[1] += square.weight * square.rate.x * square.rate.y;
+  hessian.corner[2] += square.weight * square.rate.y * square.rate.y;
+}
+
+/// Factors the Gauss-Newton Hessian of each tile.
+void KnitCloth::factor() {
+  std::vector<Square> contacts;
+  std::vector<std::vector<std::uint32_t>> contacts_of(tiles_.size());
+  const double contacting = stiffness_ * contact_stiffness / (grown_ * grown_ * unit_ * unit_);
+  visit_contacts([&](const Contact& c) {
+    const V2d rate(c.slope.x * c.apart.x, c.slope.y * c.apart.y);
+    contacts.push_back(
+        {{c.a, next_[c.a], c.b, next_[c.b]}, {1 - c.s, c.s, c.t - 1, -c.t}, 4, c.slope, rate, contacting});
+    const auto& points = contacts.back().points;
+    for (int p = 0; p < 4; ++p) {
+      auto& list = contacts_of[tile_of_[points[p]]];
+      const auto index = static_cast<std::uint32_t>(contacts.size() - 1);
+      if (list.empty() || list.back() != index) list.push_back(index);
+    }
+  });
+  Hessian hessian;
+  for (Vector& side : hessian.sides) side.points.resize(points_.size(), V3d(0));
+  for (std::uint32_t tile = 0; tile < tiles_.size(); ++tile) {
+    hessian.entries.clear();
+    const auto add_square = [&](const Square& square) { add(square, tile, hessian); };
+    for (const std::uint32_t i : tiles_[tile]) {
+      const Chain& chain = chains_[chain_of_[i]];
+      const std::uint32_t last = i > chain.begin ? i - 1 : chain.end - 1;
+      visit_squares(chain, i, add_square);
+      for (const std::uint32_t neighbour : {last, next_[i]})
+        if (tile_of_[neighbour] != tile) visit_squares(chain, neighbour, add_square);
+    }
+    for (const std::uint32_t index : contacts_of[tile]) add_square(contacts[index]);
+    const auto size = static_cast<int>(3 * tiles_[tile].size());
+    Eigen::SparseMatrix<float> matrix(size, size);
+    matrix.setFromTriplets(hessian.entries.begin(), hessian.entries.end());
+    factors_[tile] = std::make_unique<Factor>(matrix);
+  }
+  if (!is_free_) return;
+  for (int k = 0; k < 2; ++k) {
+    borders_[k] = hessian.sides[k];
+    solve_points(borders_[k]);
+  }
+  // The Schur complement of the period.
+  double c[3] = {hessian.corner[0] - hessian.sides[0].dot(borders_[0]),
+                 hessian.corner[1] - hessian.sides[0].dot(borders_[1]),
+                 hessian.corner[2] - hessian.sides[1].dot(borders_[1])};
+  const double determinant = c[0] * c[2] - c[1] * c[1];
+  period_inverse_[0] = c[2] / determinant;
+  period_inverse_[1] = -c[1] / determinant;
+  period_inverse_[2] = c[0] / determinant;
+}
+
+/// Multiplies by the inverse of what factor() has factored.
+void KnitCloth::solve(Vector& v) const {
+  if (!is_free_) {
+    solve_points(v);
+    return;
+  }
+  const V2d side = v.period - V2d(borders_[0].dot(v), borders_[1].dot(v));
+  solve_points(v);
+  v.period = V2d(period_inverse_[0] * side.x + period_inverse_[1] * side.y,
+                 period_inverse_[1] * side.x + period_inverse_[2] * side.y);
+  for (int k = 0; k < 2; ++k)
+    for (std::size_t i = 0; i < v.points.size(); ++i) v.points[i] -= borders_[k].points[i] * v.period[k];
+}
+
+void KnitCloth::solve_points(Vector& v) const {
+  Eigen::VectorXf x;
+  for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
+    const std::vector<std::uint32_t>& points = tiles_[tile];
+    x.resize(static_cast<Eigen::Index>(3 * points.size()));
+    for (std::size_t i = 0; i < points.size(); ++i)
+      for (int k = 0; k < 3; ++k)
+        x[static_cast<Eigen::Index>(3 * i + k)] = static_cast<float>(v.points[points[i]][k]);
+    x = factors_[tile]->solve(x);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      for (int k = 0; k < 3; ++k) v.points[points[i]][k] = x[static_cast<Eigen::Index>(3 * i + k)];
+  }
+}
+
+}  // namespace selvedge

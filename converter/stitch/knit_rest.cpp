@@ -1,0 +1,60 @@
+#include "converter/stitch/knit_rest.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "converter/stitch/knit_cloth.h"
+
+namespace selvedge {
+namespace {
+
+/// Fraction of the bends of plain knit's loops that is set in the yarn.
+constexpr double set_bend = 0.2;
+
+}  // namespace
+
+RelaxResult rest_knit(const StitchPattern& drawn, const RelaxOptions& options) {
+  const V2d gauge = options.gauge_mm;
+  const DrawnKnit plain_knit =
+      draw_knit({{{ChartStitch()}}, gauge.x, gauge.y, false, {drawn.yarns.front()}}, drawn.name);
+  KnitCloth straight(plain_knit, options.gap_radii, {});
+  straight.rest({.grows = true});
+  std::vector<double> curvature = straight.curvature();
+  for (double& c : curvature) c *= set_bend;
+  KnitCloth first(plain_knit, options.gap_radii, curvature);
+  first.rest({.grows = true, .is_free = true});
+  // Once more from there, as the cloth will: it is measured along the same way.
+  const V2d begin = first.period() / gauge;
+  KnitCloth plain(plain_knit, options.gap_radii, curvature);
+  plain.rest({.grows = true, .is_free = true, .period_mm = gauge * begin, .float_factor = begin.x});
+
+  DrawnKnit knit{drawn, options.parts};
+  KnitCloth cloth(knit, options.gap_radii, curvature);
+  // Floats span what plain knit behind them would.
+  cloth.rest({.grows = true, .is_free = true, .period_mm = drawn.period_mm * begin, .float_factor = begin.x});
+  const V2d slack = plain.period() / gauge;
+  const V2d period = options.blocked_mm.x > 0 ? options.blocked_mm : cloth.period() / slack;
+  constexpr int gauge_steps = 60;
+  cloth.rest({.presses = true, .period_mm = period, .max_steps = gauge_steps});
+  cloth.give(knit);
+  double low = 0;
+  double high = 0;
+  for (const Yarn& yarn : knit.pattern.yarns) {
+    for (const BezierSegment& segment : yarn.segments) {
+      low = std::min(low, segment[0].z - yarn.radius_mm);
+      high = std::max(high, segment[0].z + yarn.radius_mm);
+    }
+  }
+  for (Yarn& yarn : knit.pattern.yarns) {
+    for (BezierSegment& segment : yarn.segments)
+      for (V3d& p : segment) p.z -= 0.5 * (low + high);
+    yarn.radius_mm *= cloth.radius_fraction();
+    if (!yarn.squeezes.empty()) yarn.flattening = 1;
+  }
+  constexpr double min_part = 0.75;
+  return {std::move(knit.pattern), cloth.radius_fraction(), cloth.radius_fraction() >= min_part,
+          std::move(knit.parts),   plain.period(),          cloth.steps(),
+          cloth.residual()};
+}
+
+}  // namespace selvedge
