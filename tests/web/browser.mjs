@@ -7,7 +7,7 @@ import { dirname, extname, join } from 'node:path';
 import { fileURLToPath, pathToFileURL } from 'node:url';
 
 export const here = dirname(fileURLToPath(import.meta.url));
-const MODULES = join(here, '../node/node_modules');
+export const MODULES = join(here, '../node/node_modules');
 const CHROMIUM = '/usr/bin/chromium';
 const TYPES = { '.js': 'text/javascript', '.mjs': 'text/javascript', '.html': 'text/html', '.json': 'application/json' };
 
@@ -83,7 +83,7 @@ export async function from_file(file, viewport, work) {
 
 /** Runs work({ page, errors }) on an empty page that can import the package in `package_folder`; errors: errors_of(). */
 export async function in_browser(package_folder, folders, work) {
-  const server = await serve({ three: join(MODULES, 'three'), selvedge: package_folder, test: here, examples: join(here, '../../examples'), ...folders });
+  const server = await serve({ three: process.env.THREE ?? join(MODULES, 'three'), selvedge: package_folder, test: here, examples: join(here, '../../examples'), ...folders });
   const browser = await launch();
   try {
     const page = await browser.newPage();

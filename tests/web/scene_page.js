@@ -1,10 +1,9 @@
 // In the browser: draws a garment with three.js and the package's plugin into a float target.
 import {
-  DataUtils, DirectionalLight, EquirectangularReflectionMapping, FloatType, Scene, WebGLRenderTarget, WebGLRenderer,
+  DataUtils, DirectionalLight, EquirectangularReflectionMapping, FloatType, REVISION, Scene, WebGLRenderTarget, WebGLRenderer,
 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
-import { HDRLoader } from 'three/addons/loaders/HDRLoader.js';
 import { SelvedgeFabric, Surroundings, cell_images, use_worker } from 'selvedge/three/index.js';
 import { base64, camera_of, read_rows } from '/test/picture_page.js';
 
@@ -35,7 +34,11 @@ function picture_of({ image: { data, width, height } }) {
 
 /** Lights a scene by { file, turn, strength, shades } as `selvedge-view render` does; `shades`: it hides light from itself. */
 async function surround(scene, garment, { file, turn, strength, shades }) {
-  if (!loaded.has(file)) loaded.set(file, await new HDRLoader().loadAsync(file));
+  if (!loaded.has(file)) {
+    const name = Number.parseInt(REVISION, 10) < 180 ? 'RGBELoader' : 'HDRLoader';
+    const { [name]: Loader } = await import(`three/addons/loaders/${name}.js`);
+    loaded.set(file, await new Loader().loadAsync(file));
+  }
   renderer.shadowMap.enabled = shades;
   if (shades) {
     const surroundings = new Surroundings(scene, picture_of(loaded.get(file)));

@@ -4,14 +4,16 @@
 //   node scenes.mjs PACKAGE_FOLDER BIN_FOLDER OUTPUT_FOLDER [SWEATER.glb]
 //
 // For a sweater of `./demo` it tells the same at four distances, and the seconds until its images rest; nothing is asserted.
+// Then the oldest three.js that works draws the whole sweater as the newest does; VERSIONS=FOLDER: all three-* of an npm folder
+// draw every view.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdirSync, rmSync, writeFileSync } from 'node:fs';
-import { basename, dirname } from 'node:path';
+import { mkdirSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { basename, dirname, join } from 'node:path';
 import { deflateSync } from 'node:zlib';
 import { crc } from '../../spec/conformance/generate/garment.mjs';
 import { sample_garment } from '../node/sample_garment.mjs';
-import { in_browser } from './browser.mjs';
+import { MODULES, in_browser } from './browser.mjs';
 import { garment_of } from './garment.mjs';
 import { read_picture } from './read_picture.mjs';
 
@@ -36,6 +38,8 @@ const VIEWS_OF_SWEATER = Object.fromEntries([8, 15, 30, 120].map((pixels) => [`$
 const TURN = 40, STRENGTH = 1.5;
 /** Images of the page are half as fine as the images of a picture at rest. */
 const MOST_LEFT_OUT = 0.01, OFF_EDGES = 33, OVER_ALL = 32;
+/** Between versions of three.js. */
+const ALIKE = 40;
 /** Shadow maps of three.js have other filters, and nothing to do with the fabric. */
 const SHADED = 38;
 const EXPOSURE = Math.PI, BACKGROUND = 0.18;
@@ -135,7 +139,16 @@ function write_environment(file, width = 128, height = 64) {
   writeFileSync(file, Buffer.concat([Buffer.from(header), Buffer.from(bytes)]));
 }
 write_environment(path('sky.hdr'));
-const file_of = (name) => name === sweater ? sweater : path(name);
+const file_of = (name) => name === sweater ? sweater : path(name), pictures = {};
+async function draw(page, { file = 'sweater.glb', environment, shades = false, lights = LIGHTS, ...view }) {
+  const { pixels, shows, ...told } = await page.evaluate(async (query) => {
+    const { drawn } = await import('/test/scene_page.js');
+    return drawn(...query);
+  }, [file === sweater ? `/demo/${basename(sweater)}` : `/made/${file}`, { ...view, fov: 30 }, environment ? [] : lights,
+    environment && { file: `/made/${environment}`, turn: TURN, strength: STRENGTH, shades }]);
+  assert.deepEqual([...new Set(shows)], ['fabric']);
+  return { ...told, floats: new Float32Array(Uint8Array.from(Buffer.from(pixels, 'base64')).buffer) };
+}
 await in_browser(package_folder, { made: folder, demo: dirname(sweater ?? '') }, async ({ page, errors }) => {
   for (const [name, { file = 'sweater.glb', environment, shades = false, lights = LIGHTS, ...view }] of Object.entries(sweater ? VIEWS_OF_SWEATER : VIEWS)) {
     const { look_at, distance, azimuth, elevation, width, height } = view;
@@ -144,13 +157,8 @@ await in_browser(package_folder, { made: folder, demo: dirname(sweater ?? '') },
     run('selvedge-view', 'render', file_of(file), '-o', path(`${name}.exr`), '--size', `${width}x${height}`,
       '--supersample', 1, '--look-at', look_at.join(','), '--distance', distance, '--azimuth', azimuth, '--elevation', elevation,
       ...around ?? lights.flatMap((light) => ['--light', light.join(',')]), ...shades ? [] : ['--shadows', '0'], '--quiet');
-    const { pixels, ms, rest, shows } = await page.evaluate(async (query) => {
-      const { drawn } = await import('/test/scene_page.js');
-      return drawn(...query);
-    }, [file === sweater ? `/demo/${basename(sweater)}` : `/made/${file}`, { ...view, fov: 30 }, environment ? [] : lights,
-      environment && { file: `/made/${environment}`, turn: TURN, strength: STRENGTH, shades }]);
-    assert.deepEqual([...new Set(shows)], ['fabric']);
-    const floats = new Float32Array(Uint8Array.from(Buffer.from(pixels, 'base64')).buffer);
+    const { floats, ms, rest } = await draw(page, { file, environment, shades, lights, ...view });
+    pictures[name] = floats;
     const { off_edges, over_all } = psnr(read_picture(path(`${name}.exr`)), floats);
     console.log(`${name.padEnd(18)} ${off_edges.toFixed(1)} dB, over all ${over_all.toFixed(1)} dB, ${ms.toFixed(0)} ms, ` +
       `at rest after ${rest.toFixed(1)} s`);
@@ -169,3 +177,16 @@ await in_browser(package_folder, { made: folder, demo: dirname(sweater ?? '') },
   assert.ok(sweater || middle[0] > 2 * middle[2] && middle[2] > 0, `${middle}`);
   assert.deepEqual(errors, []);
 });
+
+const { VERSIONS } = process.env, views = VERSIONS ? VIEWS : { whole: VIEWS.whole };
+const versions = VERSIONS ? readdirSync(VERSIONS).filter((name) => name.startsWith('three-')) : sweater ? [] : ['three-oldest'];
+for (const version of versions) {
+  await in_browser(package_folder, { made: folder, three: join(VERSIONS ?? MODULES, version) }, async ({ page, errors }) => {
+    for (const [name, view] of Object.entries(views)) {
+      const { over_all } = psnr(pictures[name], (await draw(page, view)).floats);
+      console.log(`${version.padEnd(18)} ${name}: ${over_all.toFixed(1)} dB beside the newest`);
+      assert.ok(over_all >= ALIKE, `${version}, ${name}`);
+    }
+    assert.deepEqual(errors, []);
+  });
+}

@@ -216,7 +216,7 @@ export const facts = {
     told.push(need_same(whole, half.map((x, i) => i % 4 < 3 ? 2 * x : x), 'half of it'));
     material.envMap = environment_of(HalfFloatType, false);
     material.envMapIntensity = 0.5;
-    material.envMapRotation.y = 1;
+    material.envMapRotation = new Euler(0, 1, 0);
     told.push(need_same(turned, (await seen()).map((x, i) => i % 4 < 3 ? 2 * x : x), 'its own'));
     return told.join('; ');
   },

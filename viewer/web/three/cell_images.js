@@ -1,7 +1,7 @@
 // Cell images of the fabrics on a page, as its worker makes them: an atlas of tiles, the table by which the shader finds a
 // place's tile, and what each tile is of. One for all scenes, and for any number of renderers.
 import {
-  BufferAttribute, BufferGeometry, DataTexture, EventDispatcher, FloatType, HalfFloatType, LinearFilter, Matrix4, NearestFilter, RGBAFormat, RGIntegerFormat,
+  BufferAttribute, BufferGeometry, DataTexture, EventDispatcher, FloatType, FramebufferTexture, HalfFloatType, LinearFilter, Matrix4, NearestFilter, RGBAFormat, RGIntegerFormat,
   RedFormat, UnsignedByteType, UnsignedShortType, Vector2, Vector3, Vector4
 } from 'three';
 import {ask, listen, send} from '../background.js';
@@ -14,16 +14,14 @@ export const CHART = ['fabric_chart', 'fabric_chart_size'];
 
 function texture_of(data, width, height, format, type) {
   const texture = new DataTexture(data, width, height, format, type);
+  // three.js 0.160 and 0.161 have no name for it.
+  if (format === RGIntegerFormat) texture.internalFormat = 'RG16UI';
   texture.needsUpdate = true;
   return texture;
 }
-/** A texture that tiles are written into. */
-function atlas_of(format, type, filter) {
-  const texture = texture_of(null, WIDTH, 1, format, type);
-  texture.minFilter = texture.magFilter = filter;
-  texture.source.dataReady = false;
-  return texture;
-}
+/** A texture that tiles are written into: three.js gives such ones memory alone. */
+const atlas_of = (format, type, filter) =>
+  Object.assign(new FramebufferTexture(WIDTH, 1), {format, type, minFilter: filter, magFilter: filter});
 
 /** Coordinates beyond are refused, m or repeats. */
 const FARTHEST = 1e9;
@@ -318,9 +316,11 @@ class CellImages extends EventDispatcher {
       if (!renderer || renderer.properties.get(atlases[0]).__webglTexture !== texture) continue;
       // By three.js's copyTextureToTexture() a tile is eight calls in place of one.
       const gl = renderer.getContext(), {state} = renderer;
-      state.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, false);
-      state.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
-      state.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+      // three.js remembers these since 0.184.
+      const store = state.pixelStorei ? state : gl;
+      store.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, false);
+      store.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
+      store.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
       const {places, halves, heights} = uploads;
       for (const [atlas, ...format] of [[atlases[0], gl.RGBA, gl.HALF_FLOAT, halves, 4], [atlases[1], gl.RED, gl.UNSIGNED_BYTE, heights, 1]]) {
         const channels = format.pop();

@@ -1,10 +1,10 @@
 // The environments of three.js as fabrics are drawn in them.
-import { DataUtils, EquirectangularReflectionMapping, FloatType, HalfFloatType, Matrix3, Matrix4, Vector3 } from 'three';
+import { DataUtils, EquirectangularReflectionMapping, Euler, FloatType, HalfFloatType, Matrix3, Matrix4, Vector3 } from 'three';
 import {AROUND_WEIGHTS, MAX_LAMPS, divide} from '../environment.js';
 
 /** From three.js's axes of an environment, the middle column along x, to the axes of environment.js. */
 const FROM_THREE = new Matrix3(0, 0, 1, 0, 1, 0, -1, 0, 0);
-const known = new WeakMap(), rotation = new Matrix4();
+const known = new WeakMap(), rotation = new Matrix4(), no_turn = new Euler();
 
 /** The picture of an equirectangular texture of numbers, for divide(); null of other textures. */
 function picture_of({mapping, type, flipY, image}) {
@@ -61,8 +61,8 @@ export function around_of_mesh(uniforms, {elements: e}) {
 export function set_around(uniforms, material, scene) {
   const texture = material.envMap ?? scene.userData.fabric_environment ?? scene.environment, light = texture ? light_of(texture) : null;
   if (!light) return false;
-  const of = material.envMap ? material : null, strength = of ? of.envMapIntensity : scene.environmentIntensity;
-  rotation.makeRotationFromEuler(of ? of.envMapRotation : scene.environmentRotation);
+  const of = material.envMap ? material : null, strength = of ? of.envMapIntensity : scene.environmentIntensity ?? 1;
+  rotation.makeRotationFromEuler((of ? of.envMapRotation : scene.environmentRotation) ?? no_turn);
   uniforms.around_from_world.value.setFromMatrix4(rotation).transpose().premultiply(FROM_THREE);
   light.rest.forEach((factor, k) => uniforms.around_factors.value[k].fromArray(factor).multiplyScalar(strength));
   uniforms.around_brightness.value.fromArray(light.rest.map(([r, g, b], k) => (r + g + b) / 3 * AROUND_WEIGHTS[k] * strength));

@@ -1,11 +1,17 @@
 // A material of three.js that shows a fabric once it is loaded, and its fallback before that, and where it is broken.
-import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial} from 'three';
+import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial, REVISION} from 'three';
 import {CHART, cell_images} from './cell_images.js';
 import {around_of_mesh, around_uniforms, set_around} from './environment.js';
 import {key_of_parts, no_parts, part_uniforms, set_kept_textures} from './garment_parts.js';
 import {DRAWN, draw_sorted, is_in_software, sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
 import {VERTEX_LIGHT} from './surroundings.js';
+
+const revision = Number.parseInt(REVISION, 10);
+/** Two versions of three.js have no Material.onBeforeRender. */
+const is_of_use = revision >= 160 && revision !== 166 && revision !== 167;
+if (!is_of_use)
+  console.warn(`selvedge: GRAPHICS_UNAVAILABLE: three.js 0.${revision} cannot draw fabrics, 0.160 to 0.165 and those from 0.168 on can; the fallback is shown`);
 
 /** The lay of a fabric on a surface, as KHR_texture_transform: of the material's reference. */
 export const plain_lay = {uv_set: 0, offset: [0, 0], rotation: 0, scale: [1, 1]};
@@ -117,7 +123,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   /** Makes an object ready to be drawn. */
   prepare(renderer, scene, camera, geometry, object) {
     const lit = this.#update_around(scene, geometry);
-    if (this.fabric?.state === 'ready' && this.shows_fabric) {
+    if (is_of_use && this.fabric?.state === 'ready' && this.shows_fabric) {
       const garment = cell_images.garment(object, geometry, this);
       if (garment) {
         cell_images.look(

@@ -120,9 +120,11 @@ function run_from(renderer, scene, camera, object, material) {
   const {center} = object.boundingSphere ?? object.geometry.boundingSphere ?? {center: origin};
   place.set(...center, 1).applyMatrix4(object.matrixWorld).applyMatrix4(to_view.multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse));
   const z = camera.reversedDepth ? -place.z : place.z;
+  // Before 0.168 depths are divided by w.
+  const divided = corner.copy(center).applyMatrix4(object.matrixWorld).applyMatrix4(to_view).z;
   // Mirrors are drawn while their scene is; by its depth, a list is of this camera.
   for (const list of [0, 1].map((depth) => renderer.renderLists.get(scene, depth).transparent)) {
-    const first = list.findIndex((item) => item.object === object && item.material === material && item.z === z);
+    const first = list.findIndex((item) => item.object === object && item.material === material && (item.z === z || item.z === divided));
     if (first < 0) continue;
     const is_along = ({material: {shows, transparent}, groupOrder, renderOrder, group}) => shows === 'fabric' && transparent &&
         !group && groupOrder === list[first].groupOrder && renderOrder === list[first].renderOrder;

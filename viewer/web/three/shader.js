@@ -74,6 +74,7 @@ ${['STANDARD', 'PHYSICAL', 'USE_CLEARCOAT', 'USE_IRIDESCENCE', 'USE_ANISOTROPY',
 varying vec3 vViewPosition;
 uniform vec3 emissive, diffuse;
 #include <common>
+#include <packing>  // of shadow maps before 0.183
 ${['dithering', 'uv', 'color', 'emissivemap', 'aomap', 'fog', 'normal', 'logdepthbuf', 'clipping_planes'].map((name) => `#include <${name}_pars_fragment>\n`).join('')}
 #include <lights_pars_begin>
 ${SHADOWED}

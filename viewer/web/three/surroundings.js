@@ -7,7 +7,7 @@
 //   surroundings.set({turn: 30, strength: 1});
 import {
   Box3, BufferAttribute, Color, DataTexture, DirectionalLight, DoubleSide, EquirectangularReflectionMapping,
-  FloatType, LinearFilter, Matrix3, Mesh, NearestFilter, OrthographicCamera, RGBAFormat, Scene, ShaderMaterial,
+  Euler, FloatType, LinearFilter, Matrix3, Mesh, NearestFilter, OrthographicCamera, RGBAFormat, Scene, ShaderMaterial,
   Sphere, Vector3, WebGLRenderTarget
 } from 'three';
 import {project, smooth_factors, smooth_basis, take_lamps} from '../environment.js';
@@ -136,7 +136,8 @@ export class Surroundings {
     this.strength = strength;
     const {scene, sphere} = this, angle = turn / 180 * PI, [c, s] = [cos(angle), sin(angle)];
     // Its middle column is seen along -z.
-    scene.environmentRotation.y = scene.backgroundRotation.y = PI / 2 + angle;
+    // three.js before 0.162 turns nothing, and lacks asynchronous reading (#look).
+    for (const name of ['environmentRotation', 'backgroundRotation']) (scene[name] ??= new Euler()).y = PI / 2 + angle;
     scene.environmentIntensity = scene.backgroundIntensity = strength;
     for (const {direction: [x, y, z], irradiance, light} of this.lamps) {
       light.target.position.copy(sphere.center);
@@ -193,7 +194,7 @@ export class Surroundings {
       renderer.setRenderTarget(target);
       renderer.render(only, camera);
       renderer.setRenderTarget(before);
-      await renderer.readRenderTargetPixelsAsync(target, 0, 0, SKY_MAP, SKY_MAP, bytes);
+      await (renderer.readRenderTargetPixelsAsync ?? renderer.readRenderTargetPixels).call(renderer, target, 0, 0, SKY_MAP, SKY_MAP, bytes);
       for (let t = 0; t < depths.length; ++t)
         depths[t] = (bytes[4 * t] + bytes[4 * t + 1] / 255 + bytes[4 * t + 2] / 65025) / 255;
       for (const of of this.#meshes) this.#hide(of, i, depths, camera.matrixWorld);
