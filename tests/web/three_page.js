@@ -1,11 +1,12 @@
 // In the browser: facts about fabrics in three.js, each told in a line; they throw where they do not hold.
 import {
-  Bone, BoxGeometry, BufferAttribute, BufferGeometry, Color, DataTexture, DataUtils, DirectionalLight, DoubleSide, EquirectangularReflectionMapping,
-  Euler, Float32BufferAttribute, FloatType, Group, HalfFloatType, InstancedMesh, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera,
-  PointLight, RGBAFormat, Scene, Skeleton, SkinnedMesh, SpotLight, Uint16BufferAttribute, Vector3, WebGLRenderTarget, WebGLRenderer,
+  AmbientLight, Bone, BoxGeometry, BufferAttribute, BufferGeometry, CanvasTexture, Color, CubeTexture, DataTexture, DataUtils, DirectionalLight, DoubleSide, EquirectangularReflectionMapping,
+  Euler, Float32BufferAttribute, FloatType, Group, HalfFloatType, HemisphereLight, InstancedMesh, LightProbe, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial,
+  MeshPhysicalMaterial, PMREMGenerator, PerspectiveCamera, PointLight, REVISION, RGBAFormat, RectAreaLight, SRGBColorSpace, Scene, Skeleton, SkinnedMesh, SphereGeometry, SpotLight, Uint16BufferAttribute, Vector3, WebGLRenderTarget, WebGLRenderer,
 } from 'three';
+import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
-import { FabricMaterial, LoadedFabric, SelvedgeFabric, cell_images, plain_lay, use_memory } from 'selvedge/three/index.js';
+import { FabricMaterial, LoadedFabric, SelvedgeFabric, Surroundings, cell_images, plain_lay, use_memory } from 'selvedge/three/index.js';
 import { garment_of } from '/test/garment.mjs';
 
 /** 3 x 2 texels of lobes, frames and a table: no direction looks like another. */
@@ -127,6 +128,35 @@ function environment_of(type, flipY) {
   return texture;
 }
 
+/** A canvas of a colour with a brighter part. */
+function canvas_of(colour, width, height) {
+  const canvas = Object.assign(document.createElement('canvas'), { width, height }), context = canvas.getContext('2d');
+  for (const [style, ...place] of [[colour, 0, 0, width, height], ['#ffd', width / 4, height / 8, width / 4, height / 4]]) {
+    context.fillStyle = style;
+    context.fillRect(...place);
+  }
+  return canvas;
+}
+/** What lights a scene from all around: members of it, or lights. */
+function soft_lights() {
+  const generator = new PMREMGenerator(main_renderer), probe = new LightProbe();
+  probe.sh.coefficients.forEach((c, k) => c.set(2, 1.5, 1).multiplyScalar(k === 0 ? 1 : 0.1 * (k % 3 - 1)));
+  const ldr = new CanvasTexture(canvas_of('#456', 128, 64)), sides = ['#a00', '#0a0', '#47c', '#432', '#888', '#aa0'];
+  const cube = new CubeTexture(sides.map((colour) => canvas_of(colour, 64, 64))), rectangle = new RectAreaLight(0xffffff, 4, 2, 3);
+  Object.assign(ldr, { mapping: EquirectangularReflectionMapping, colorSpace: SRGBColorSpace });
+  Object.assign(cube, { colorSpace: SRGBColorSpace, needsUpdate: true });
+  rectangle.position.set(1, 1.5, 2);
+  rectangle.lookAt(0, 0, 0);
+  const hemisphere = new HemisphereLight(0xaaccff, 0x332211, 3);
+  hemisphere.position.set(1, 2, 1);
+  return {
+    room: { environment: generator.fromScene(new RoomEnvironment(), 0.04).texture },
+    'an environment, made ready': { environment: generator.fromEquirectangular(environment_of(HalfFloatType, false)).texture },
+    environment: { environment: environment_of(HalfFloatType, false) }, 'a picture': { environment: ldr }, cube: { environment: cube },
+    ambient: new AmbientLight(0xffeedd, 2), hemisphere, probe, rectangle,
+  };
+}
+
 /** Shows a variant as three.js's example does. */
 async function show_variant(scene, parser, index) {
   for (const object of scene.children) {
@@ -174,6 +204,36 @@ export const facts = {
       told.push(`${name} ${worst}`);
       need(largest(albedo) > 0 && worst < HALF, told.join(', '));
     }
+    return told.join(', ');
+  },
+
+  'what lights a matt material of three.js from all around lights matt cloth': async () => {
+    const material = await material_of({ file: MATT, lay: { ...plain_lay, scale: [48, 24] } }), geometry = new SphereGeometry(0.5, 48, 24), told = [];
+    material.level = 1;
+    const matt = new MeshPhysicalMaterial({ roughness: 1, specularIntensity: 0 });
+    const seen = async (of, light) => {
+      const pixels = await picture([new Mesh(geometry, of), ...light.isLight ? [light] : []], CAMERA, light.isLight ? {} : light);
+      return [0, 1, 2].map((c) => pixels.reduce((sum, x, i) => sum + (i % 4 === c ? x : 0), 0));
+    };
+    const ratios = async (light) => {
+      const cloths = await seen(material, light), matts = await seen(matt, light);
+      return cloths.map((x, c) => x / matts[c]);
+    };
+    // The irradiance that three.js before 0.184 finds of an environment is a blurred picture.
+    const of_directional = await ratios(SUN()), of_exact_mips = Number.parseInt(REVISION, 10) >= 184;
+    for (const [name, light] of Object.entries(soft_lights())) {
+      const fractions = (await ratios(light)).map((x, c) => x / of_directional[c]), off = light.isLight || of_exact_mips ? 0.04 : 0.1;
+      told.push(`${name} ${fractions.map((x) => x.toFixed(3))}`);
+      need(fractions.every((x) => Math.abs(x - 1) < off), told.join(', '));
+    }
+    // What the surroundings leave each vertex has ambient light beside it.
+    const ball = new Mesh(geometry, material), scene = new Scene(), around = new Surroundings(scene, { width: 64, height: 32, radiance: new Float32Array(6144).fill(0.3) });
+    const sum_of = async (members, ...lights) => (await picture([ball, ...lights], CAMERA, members)).reduce((sum, x, i) => sum + (i % 4 < 3 ? x : 0), 0);
+    around.stand(ball);
+    await around.shade(main_renderer, ball);
+    const { environment, environmentRotation, environmentIntensity } = scene, of_scene = { environment, environmentRotation, environmentIntensity };
+    const [one, other, both] = [await sum_of(of_scene), await sum_of({}, new AmbientLight(0xffffff, 1)), await sum_of(of_scene, new AmbientLight(0xffffff, 1))];
+    need(one > 0 && other > 0 && Math.abs(both / (one + other) - 1) < 0.01, `surroundings ${one}, ambient ${other}, both ${both}`);
     return told.join(', ');
   },
 

@@ -6,6 +6,7 @@ import {
 } from 'three';
 import {ask, listen, send} from '../background.js';
 import {TILE_NUMBERS} from '../cells.js';
+import {lights_of, numbers_of_lamp} from './lights.js';
 
 /** Texels of a row of the atlas, of the table, and of the tiles, three texels each. */
 export const WIDTH = 2048, TILES_WIDTH = 1536;
@@ -43,35 +44,6 @@ function own_geometry(geometry) {
 }
 
 const inverse = new Matrix4(), of_instance = new Matrix4(), place = new Vector3(), other = new Vector3(), moved = new Vector3(), viewport = new Vector4();
-
-/** The lights of a scene that a camera sees, found once a frame. */
-let lights_of_frame = {};
-function lights_of(renderer, scene, camera) {
-  const {frame} = renderer.info.render;
-  if (lights_of_frame.scene === scene && lights_of_frame.frame === frame && lights_of_frame.renderer === renderer)
-    return lights_of_frame.lights;
-  const lights = [];
-  scene.traverseVisible((object) => {
-    const is_seen = object.isDirectionalLight || object.isSunLight || object.isPointLight || object.isSpotLight;
-    if (is_seen && object.layers.test(camera.layers)) lights.push(object);
-  });
-  lights_of_frame = {renderer, scene, frame, lights};
-  return lights;
-}
-
-/**
- * A light as the module has it, in the axes of a mesh whose unit is `scale` m long. Images have point lights without an end and
- * without a cone, which are factors of the place.
- */
-function numbers_of_light(light, scale) {
-  const {r, g, b} = light.color, irradiance = [r, g, b].map((x) => x * light.intensity);
-  const position = place.setFromMatrixPosition(light.matrixWorld);
-  if (!light.isDirectionalLight && !light.isSunLight)
-    return [1, 0, 0, 1, ...irradiance.map((x) => x / scale ** 2), ...position.applyMatrix4(inverse).toArray()];
-  if (light.target) position.sub(other.setFromMatrixPosition(light.target.matrixWorld));
-  const towards = position.transformDirection(inverse);
-  return [0, ...towards.toArray(), ...irradiance, 0, 0, 0];
-}
 
 /** A camera as the module has it, in the axes of a mesh. */
 function numbers_of_camera(camera, scale) {
@@ -223,7 +195,7 @@ class CellImages extends EventDispatcher {
     if (!(scale > 0)) return;
     inverse.invert();
     renderer.getCurrentViewport(viewport);
-    const lights = lights_of(renderer, scene, camera).map((light) => numbers_of_light(light, scale));
+    const lights = lights_of(renderer, scene, camera).lamps.map((light) => numbers_of_lamp(light, scale, inverse));
     const {around, lamps} = around_of(inverse);
     viewport.divideScalar(this.supersample);
     const view = {camera: numbers_of_camera(camera, scale), level, around, lights: [...lights, ...lamps]};

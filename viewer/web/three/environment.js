@@ -1,6 +1,10 @@
 // The environments of three.js as fabrics are drawn in them.
-import { DataUtils, EquirectangularReflectionMapping, Euler, FloatType, HalfFloatType, Matrix3, Matrix4, Vector3 } from 'three';
+import {
+  Camera, DataUtils, EquirectangularReflectionMapping, EquirectangularRefractionMapping, Euler, FloatType, HalfFloatType, Matrix3, Matrix4, Mesh, PlaneGeometry,
+  ShaderMaterial, Vector3, WebGLRenderTarget
+} from 'three';
 import {AROUND_WEIGHTS, MAX_LAMPS, divide} from '../environment.js';
+import {lights_of, sum_soft_lights} from './lights.js';
 
 /** From three.js's axes of an environment, the middle column along x, to the axes of environment.js. */
 const FROM_THREE = new Matrix3(0, 0, 1, 0, 1, 0, -1, 0, 0);
@@ -21,14 +25,64 @@ function picture_of({mapping, type, flipY, image}) {
   return {width, height, radiance};
 }
 
-/** What divide() makes of a texture, found once for each of its versions; null of textures that it cannot read. */
-function light_of(texture) {
-  const last = known.get(texture);
-  if (last?.version === texture.version) return last.light;
-  const picture = picture_of(texture), light = picture && divide(picture);
-  if (!light)
-    console.warn('selvedge: fabrics see environments that are equirectangular textures of floats or halves, with their data');
-  known.set(texture, {version: texture.version, light});
+/** The mapping of PMREMGenerator's textures before 0.187, which three.js does not export; later ones are cubes. */
+const CUBE_UV = 306;
+/** Columns of a picture that is drawn, and the samples of a pixel: a sun is smaller. */
+const DRAWN_WIDTH = 256, SAMPLES = 16;
+
+/** The material that draws a texture of any layout from all around, and its colour from a direction `d`. */
+function drawing_material(texture) {
+  const {mapping, isCubeTexture, isRenderTargetTexture, image} = texture, is_cube_uv = mapping === CUBE_UV;
+  const levels = is_cube_uv ? Math.log2(image.height) - 2 : 0, towards = isRenderTargetTexture ? 'd' : 'vec3(-d.x, d.yz)';
+  const colour = is_cube_uv ? 'textureCubeUV(picture, d, 0.0)' : isCubeTexture ? `textureLod(picture, ${towards}, 0.0)` : 'texture2D(picture, equirectUv(d))';
+  return new ShaderMaterial({
+    uniforms: {picture: {value: texture}},
+    // As three.js's WebGLProgram has them.
+    defines: is_cube_uv ? {
+      ENVMAP_TYPE_CUBE_UV: '', CUBEUV_TEXEL_WIDTH: 1 / (3 * Math.max(2 ** levels, 112)), CUBEUV_TEXEL_HEIGHT: 1 / image.height,
+      CUBEUV_MAX_MIP: levels.toFixed(1)
+    } : {},
+    depthTest: false, depthWrite: false, toneMapped: false,
+    vertexShader: 'varying vec2 place; void main() { place = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }',
+    fragmentShader: `#include <common>
+      ${is_cube_uv ? '#include <cube_uv_reflection_fragment>' : ''}
+      varying vec2 place; uniform ${isCubeTexture ? 'samplerCube' : 'sampler2D'} picture;
+      void main() {
+        vec2 part = vec2(dFdx(place.x), dFdy(place.y)) * 0.25;
+        gl_FragColor = vec4(0.0, 0.0, 0.0, 1.0);
+        for (int i = 0; i < ${SAMPLES}; ++i) {
+          vec2 a = (place - 0.5 + (vec2(i & 3, i >> 2) - 1.5) * part) * vec2(2.0, 1.0) * PI;
+          vec3 d = vec3(cos(a.x) * cos(a.y), sin(a.y), sin(a.x) * cos(a.y));
+          gl_FragColor.rgb += ${colour}.rgb * ${1 / SAMPLES};
+        }
+      }`,
+  });
+}
+/** The picture of any texture that three.js takes for an environment, drawn and read back; null of others. */
+function picture_drawn(texture, renderer) {
+  const {mapping, isCubeTexture} = texture;
+  if (!isCubeTexture && ![CUBE_UV, EquirectangularReflectionMapping, EquirectangularRefractionMapping].includes(mapping)) return null;
+  const width = DRAWN_WIDTH, height = width / 2, target = new WebGLRenderTarget(width, height, {type: FloatType, depthBuffer: false});
+  const quad = new Mesh(new PlaneGeometry(2, 2), drawing_material(texture)), data = new Float32Array(4 * width * height), {xr} = renderer;
+  const drawn_to = [renderer.getRenderTarget(), renderer.getActiveCubeFace(), renderer.getActiveMipmapLevel()], is_xr = xr.enabled;
+  quad.frustumCulled = xr.enabled = false;
+  renderer.setRenderTarget(target);
+  renderer.render(quad, new Camera());
+  renderer.readRenderTargetPixels(target, 0, 0, width, height, data);
+  renderer.setRenderTarget(...drawn_to);
+  xr.enabled = is_xr;
+  for (const each of [target, quad.geometry, quad.material]) each.dispose();
+  return picture_of({mapping: EquirectangularReflectionMapping, type: FloatType, flipY: false, image: {data, width, height}});
+}
+
+/** What divide() makes of a texture, found once for each of its versions; null of textures that are no environment, or not loaded. */
+function light_of(texture, renderer) {
+  if (texture.version === 0 && !texture.isRenderTargetTexture) return null;
+  const last = known.get(texture), version = `${texture.version} ${texture.pmremVersion}`;
+  if (last?.version === version) return last.light;
+  const picture = picture_of(texture) ?? picture_drawn(texture, renderer), light = picture && divide(picture);
+  if (!light) console.warn(`selvedge: the environment "${texture.name}" has the mapping ${texture.mapping}, and lights no fabrics`);
+  known.set(texture, {version, light});
   return light;
 }
 
@@ -36,6 +90,7 @@ const vectors = (count) => Array.from({length: count}, () => new Vector3());
 export const around_uniforms = () => ({
   around_factors: {value: vectors(9)},
   around_brightness: {value: new Matrix3()},
+  soft_brightness: {value: new Matrix3()},
   around_lamp_directions: {value: vectors(MAX_LAMPS)},
   around_lamp_irradiances: {value: vectors(MAX_LAMPS)},
   around_lamp_count: {value: 0},
@@ -57,20 +112,27 @@ export function around_of_mesh(uniforms, {elements: e}) {
   return {around: [...around_factors.value.flatMap((factor) => factor.toArray()), ...axes], lamps};
 }
 
-/** Sets the uniforms to what lights a material in a scene; whether anything does. */
-export function set_around(uniforms, material, scene) {
-  const texture = material.envMap ?? scene.userData.fabric_environment ?? scene.environment, light = texture ? light_of(texture) : null;
-  if (!light) return false;
-  const of = material.envMap ? material : null, strength = of ? of.envMapIntensity : scene.environmentIntensity ?? 1;
-  rotation.makeRotationFromEuler((of ? of.envMapRotation : scene.environmentRotation) ?? no_turn);
+const soft = vectors(9);
+const brightness_of = (factors) => factors.map(({x, y, z}, k) => (x + y + z) / 3 * AROUND_WEIGHTS[k]);
+
+/** Sets the uniforms to what lights a material in a scene from all around; whether anything does. */
+export function set_around(uniforms, material, scene, renderer, camera) {
+  const texture = material.envMap ?? scene.userData.fabric_environment ?? scene.environment, light = texture ? light_of(texture, renderer) : null;
+  const {envMapIntensity, envMapRotation} = material.envMap ? material : {envMapIntensity: scene.environmentIntensity, envMapRotation: scene.environmentRotation};
+  const strength = light ? envMapIntensity ?? 1 : 0, lamps = light?.lamps ?? [], {soft: lights} = lights_of(renderer, scene, camera);
+  rotation.makeRotationFromEuler(envMapRotation ?? no_turn);
   uniforms.around_from_world.value.setFromMatrix4(rotation).transpose().premultiply(FROM_THREE);
-  light.rest.forEach((factor, k) => uniforms.around_factors.value[k].fromArray(factor).multiplyScalar(strength));
-  uniforms.around_brightness.value.fromArray(light.rest.map(([r, g, b], k) => (r + g + b) / 3 * AROUND_WEIGHTS[k] * strength));
+  const factors = uniforms.around_factors.value;
+  factors.forEach((factor, k) => factor.fromArray(light?.rest[k] ?? [0, 0, 0]).multiplyScalar(strength));
+  uniforms.around_brightness.value.fromArray(brightness_of(factors));
+  sum_soft_lights(soft, lights, uniforms.around_from_world.value);
+  uniforms.soft_brightness.value.fromArray(brightness_of(soft));
+  factors.forEach((factor, k) => factor.add(soft[k]));
   uniforms.around_strength.value = strength;
-  uniforms.around_lamp_count.value = light.lamps.length;
-  light.lamps.forEach(({direction, irradiance}, i) => {
+  uniforms.around_lamp_count.value = lamps.length;
+  lamps.forEach(({direction, irradiance}, i) => {
     uniforms.around_lamp_directions.value[i].fromArray(direction);
     uniforms.around_lamp_irradiances.value[i].fromArray(irradiance).multiplyScalar(strength);
   });
-  return true;
+  return light !== null || lights.length > 0;
 }

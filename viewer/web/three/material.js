@@ -106,9 +106,9 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     }
     this.needsUpdate = true;
   }
-  /** Lights the fabric by the environment of the scene, or its own; whether anything does. */
-  #update_around(scene, geometry) {
-    const lit = set_around(this.around_uniforms, this, scene), has_vertex_light = lit && VERTEX_LIGHT[0] in geometry.attributes;
+  /** Lights the fabric from all around; whether anything does. */
+  #update_around(renderer, scene, camera, geometry) {
+    const lit = set_around(this.around_uniforms, this, scene, renderer, camera), has_vertex_light = lit && VERTEX_LIGHT[0] in geometry.attributes;
     if (this.shows === 'fabric' && (lit !== this.is_lit_around || has_vertex_light !== this.has_vertex_light))
       this.needsUpdate = true;
     this.is_lit_around = lit;
@@ -122,7 +122,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   }
   /** Makes an object ready to be drawn. */
   prepare(renderer, scene, camera, geometry, object) {
-    const lit = this.#update_around(scene, geometry);
+    const lit = this.#update_around(renderer, scene, camera, geometry);
     if (is_of_use && this.fabric?.state === 'ready' && this.shows_fabric) {
       const garment = cell_images.garment(object, geometry, this);
       if (garment) {

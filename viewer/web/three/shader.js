@@ -68,6 +68,9 @@ ${charts[0] === CHART[0] ? '' : CHART.map((name, i) => `#define ${name} ${charts
     .replace('#include <project_vertex>', `#include <project_vertex>\n${VERTEX_BODY}${kept.body}`)}`;
 }
 
+/** three.js's light of a rectangle on what is matt, whatever the direction of view. */
+const RECTANGLES = ShaderChunk.lights_physical_pars_fragment.match(/float LTC_ClippedSphereFormFactor[^]*?return vec3\( result \);\s*}/)[0];
+
 const FRAGMENT_NAMES = `
 // Features of the chunks for the fallback alone.
 ${['STANDARD', 'PHYSICAL', 'USE_CLEARCOAT', 'USE_IRIDESCENCE', 'USE_ANISOTROPY', 'USE_NORMALMAP_TANGENTSPACE'].map((name) => `#undef ${name}\n`).join('')}
@@ -98,6 +101,7 @@ varying vec2 fabric_uv; flat varying vec4 of_chart; flat varying vec2 chart_cell
   #else
     uniform mat3 around_brightness;
   #endif
+  uniform mat3 soft_brightness;  // of ambient lights, which nothing hides
   // CellLights::brightness() of smooth light: pi times its irradiance by the clamped cosine.
   float brightness_around(mat3 f, vec3 n) {
     return max(f[0].x + dot(vec3(f[0].yz, f[1].x), n) + dot(vec3(f[1].yz, f[2].x), n.xxy * n.yzz) +
@@ -116,6 +120,22 @@ void add_light(const in IncidentLight light, const in vec3 position, const in ve
   bright += dot(light.color, vec3(1.0 / 3.0)) * light_of_cosine(dot(normal, light.direction));
 }
 #define RE_Direct add_light
+#if NUM_RECT_AREA_LIGHTS > 0
+${RECTANGLES}
+float light_of_rectangle(RectAreaLight light, vec3 position, vec3 normal) {
+  vec3 w = light.halfWidth, h = light.halfHeight, p = light.position, view = abs(normal.x) < 0.5 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
+  vec3 corners[4] = vec3[4](p + w - h, p - w - h, p - w + h, p + w + h);
+  return LTC_Evaluate(normal, view, position, mat3(1.0), corners).x;
+}
+void add_rectangle(const in RectAreaLight light, const in vec3 position, const in vec3 normal, const in vec3 view,
+                   const in vec3 clearcoat_normal, const in NoMaterial material, inout ReflectedLight reflected) {
+  // light_of_cosine() of what comes to the front, to the back, and to a surface that faces it.
+  float front = light_of_rectangle(light, position, normal), back = light_of_rectangle(light, position, -normal);
+  float facing = cell_beyond > 0.0 ? light_of_rectangle(light, position, normalize(light.position - position)) : 0.0;
+  bright += dot(light.color, vec3(PI / 3.0)) * mix(front, 0.5 * (facing + front - back), cell_beyond);
+}
+#define RE_Direct_RectArea add_rectangle
+#endif
 
 // The tile at a place, from one side; 0: none.
 int tile_at(vec2 uv, int side) {
@@ -282,7 +302,7 @@ void main() {
   vec3 n = from_view * normal;
   for (int i = 0; i < around_lamp_count; ++i)
     bright += dot(around_lamp_irradiances[i], vec3(occlusion / 3.0)) * light_of_cosine(dot(n, around_lamp_directions[i]));
-  bright += brightness_around(around_brightness, n) * occlusion;
+  bright += brightness_around(around_brightness + soft_brightness, n) * occlusion;
 #endif
 
   sum.rgb *= min(bright * brighter, brightest) * change;
