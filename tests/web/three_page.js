@@ -6,6 +6,7 @@ import {
 } from 'three';
 import { RoomEnvironment } from 'three/addons/environments/RoomEnvironment.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { clone } from 'three/addons/utils/SkeletonUtils.js';
 import { FabricMaterial, LoadedFabric, SelvedgeFabric, Surroundings, cell_images, plain_lay, use_memory } from 'selvedge/three/index.js';
 import { garment_of } from '/test/garment.mjs';
 
@@ -226,7 +227,7 @@ export const facts = {
       told.push(`${name} ${fractions.map((x) => x.toFixed(3))}`);
       need(fractions.every((x) => Math.abs(x - 1) < off), told.join(', '));
     }
-    // What the surroundings leave each vertex has ambient light beside it.
+    // Ambient light comes beside the light that surroundings leave each vertex.
     const ball = new Mesh(geometry, material), scene = new Scene(), around = new Surroundings(scene, { width: 64, height: 32, radiance: new Float32Array(6144).fill(0.3) });
     const sum_of = async (members, ...lights) => (await picture([ball, ...lights], CAMERA, members)).reduce((sum, x, i) => sum + (i % 4 < 3 ? x : 0), 0);
     around.stand(ball);
@@ -330,19 +331,59 @@ export const facts = {
     return need_same(morphed, await picture([new Mesh(shaped, material), SUN()]), 'morphed');
   },
 
-  'instances have the images of the first one, and light of their own': async () => {
-    const material = await material_of(), geometry = cloth(1, 0.4);
+  'instances have the images of the nearest one, and light of their own; none is black': async () => {
+    const material = await material_of(), geometry = cloth(1, 0.4), told = [];
+    material.side = DoubleSide;
     const many = new InstancedMesh(geometry, material, 3), single = new Group();
     for (let i = 0; i < 3; ++i) {
       const mesh = new Mesh(geometry, material);
-      mesh.position.set(0.4 * (i - 1), 0.2 * i - 0.2, 0.1 * i);
+      mesh.position.set(0.4 * (1 - i), 0.2 - 0.2 * i, 0.2 - 0.1 * i);
       mesh.rotation.set(0.2 * i, -0.3 * i, 0.5 * i);
       mesh.scale.setScalar(1 - 0.2 * i);
       mesh.updateMatrix();
-      many.setMatrixAt(i, mesh.matrix);
+      many.setMatrixAt(2 - i, mesh.matrix);
       single.add(mesh);
     }
-    return need_alike(await picture([many, SUN()]), await picture([single, SUN()]), 30, 'instanced');
+    told.push(need_alike(await picture([many, SUN()]), await picture([single, SUN()]), 30, 'instanced'));
+    // The nearest one shows its back, away from the light.
+    single.children[0].rotation.y += Math.PI;
+    single.children[0].updateMatrix();
+    many.setMatrixAt(2, single.children[0].matrix);
+    many.instanceMatrix.needsUpdate = true;
+    const sum = (pixels) => pixels.reduce((a, b, i) => a + (i % 4 < 3 ? b : 0), 0), fraction = sum(await picture([many, SUN()])) / sum(await picture([single, SUN()]));
+    need(Math.abs(fraction - 1) < 0.15, `turned away: ${fraction}`);
+    return [...told, fraction].join(', ');
+  },
+
+  'clones of a skin, a cloth without normals and a colour are what they stand for': async () => {
+    const { mesh, bones } = skinned_cloth(await material_of()), group = new Group().add(mesh), told = [];
+    mesh.material.side = DoubleSide;
+    bones[1].rotation.set(0.2, 0.3, 0.3);
+    const one = await picture([group, SUN()]), copy = clone(group);
+    await picture([group, copy.translateY(1), SUN()]);
+    group.removeFromParent();
+    told.push(need_same(one, await picture([copy.translateY(-1), SUN()]), 'clone'));
+    const bare = cloth(), plain = new Mesh(cloth(), await material_of());
+    bare.deleteAttribute('normal');
+    const flat = new Mesh(bare, plain.material.clone());
+    flat.material.flatShading = true;
+    const white = await picture([plain, SUN()]);
+    told.push(need_same(white, await picture([flat, SUN()]), 'flat'));
+    need(await flat.material.ready === 'fabric', 'it is not ready');
+    flat.material.color.setRGB(0.5, 0.25, 1);
+    told.push(need_same(white.map((x, i) => x * [0.5, 0.25, 1, 1][i % 4]), await picture([flat, SUN()]), 'colour'));
+    return told.join('; ');
+  },
+
+  'meshes that cannot have fabrics say so once, by name': async () => {
+    const material = await material_of(), geometry = cloth(), { warn } = console, told = [], bare = new Mesh(geometry, material);
+    geometry.deleteAttribute('uv');
+    bare.name = 'sleeve';
+    console.warn = (text) => told.push(text);
+    for (let i = 0; i < 3; ++i) main_renderer.render(new Scene().add(bare), CAMERA);
+    console.warn = warn;
+    need(await material.ready === 'fallback' && told.length === 1 && told[0].includes('sleeve: GARMENT_NO_UVS'), told.join());
+    return told[0];
   },
 
   'variants show their fabrics, and lie as these do': async () => {

@@ -34,6 +34,7 @@ const controls = new OrbitControls(camera, renderer.domElement);
 const key = new DirectionalLight(), other = new DirectionalLight(), ambient = new AmbientLight();
 camera.add(key, key.target, other, other.target);
 scene.add(camera, ambient);
+ambient.userData.spares_fabrics = true;
 scene.background = new Color().setRGB(BACKGROUND, BACKGROUND, BACKGROUND, LinearSRGBColorSpace);
 other.position.copy(OTHER_PLACE);
 

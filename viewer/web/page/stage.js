@@ -123,6 +123,6 @@ export class Stage {
     if (material.keeps_opacity !== keeps_opacity) Object.assign(material, {keeps_opacity, shows: 'another'});
     material.set_tint(colour ? tint_towards(colour, fabric.albedo) : own.tint);
     const [r, g, b] = material.parts.tint.map((c, k) => c / (own.tint[k] || 1));
-    material.color.setRGB(own.color.r * r, own.color.g * g, own.color.b * b);
+    material.own_color.copy(material.color.setRGB(own.color.r * r, own.color.g * g, own.color.b * b));
   }
 }

@@ -43,7 +43,31 @@ function own_geometry(geometry) {
   return own;
 }
 
-const inverse = new Matrix4(), of_instance = new Matrix4(), place = new Vector3(), other = new Vector3(), moved = new Vector3(), viewport = new Vector4();
+const refused = new WeakSet();
+/** Says once why a mesh shows the fallback. */
+function refuse(object, why) {
+  if (!refused.has(object)) console.warn(`selvedge: ${object.name || 'a mesh without a name'}: ${why}; the fallback is shown`);
+  refused.add(object);
+}
+
+const inverse = new Matrix4(), of_instance = new Matrix4(), one_instance = new Matrix4(), place = new Vector3(), other = new Vector3(), moved = new Vector3(), viewport = new Vector4();
+
+/** Turns `matrix` into the matrix of the instance in sight of a camera that is nearest to it. */
+function find_nearest(matrix, object, camera) {
+  const center = object.geometry.boundingSphere?.center ?? other.set(0, 0, 0), {x, y, z} = center;
+  let nearest = Infinity;
+  for (let i = 0; i < object.count; ++i) {
+    object.getMatrixAt(i, one_instance);
+    if (one_instance.determinant() === 0) continue;
+    place.set(x, y, z).applyMatrix4(one_instance).applyMatrix4(object.matrixWorld).applyMatrix4(camera.matrixWorldInverse);
+    const is_behind = place.z > 0, distance = place.length();
+    place.applyMatrix4(camera.projectionMatrix);
+    const rank = distance + (is_behind || Math.max(Math.abs(place.x), Math.abs(place.y)) > 1 ? FARTHEST : 0);
+    if (rank >= nearest) continue;
+    nearest = rank;
+    matrix.copy(one_instance);
+  }
+}
 
 /** A camera as the module has it, in the axes of a mesh. */
 function numbers_of_camera(camera, scale) {
@@ -86,6 +110,16 @@ class CellImages extends EventDispatcher {
     listen((message) => this.#take(message));
   }
 
+  /** Lets nothing be at rest until an object is drawn in a fabric that is loading, for which a frame is asked then. */
+  await_fabric(object, fabric) {
+    if (this.#waiting.get(object) === Infinity) return;
+    this.#waiting.set(object, Infinity);
+    fabric.settled.then(() => {
+      if (fabric.state === 'ready') this.#waiting.set(object, performance.now() + WAITING);
+      else this.#waiting.delete(object);
+      this.#tell();
+    });
+  }
   /**
    * { state, beyond, names } of an object in the fabric of its material: 'asked', 'waiting' for its first images, 'shown', or
    * 'ended'; null where it has to wait for a geometry of its own. `names`: attributes.
@@ -115,7 +149,7 @@ class CellImages extends EventDispatcher {
       const taken = new Set([...all.values()].map(({names}) => names[0]));
       let k = 0;
       while (taken.has(CHART[0] + (k || ''))) ++k;
-      const asked = this.#ask(geometry, material, CHART.map((name) => name + (k || '')));
+      const asked = this.#ask(object, geometry, material, CHART.map((name) => name + (k || '')));
       all.set(key, asked);
       asked.is_known = () => this.#garments.get(geometry)?.all.get(key) === asked;
     }
@@ -136,13 +170,16 @@ class CellImages extends EventDispatcher {
     this.#of_number.delete(number);
     send({kind: 'remove', garment: number});
   }
-  #ask(geometry, {fabric, lay, matrix}, names) {
+  #ask(object, geometry, {fabric, lay, matrix}, names) {
+    // glTF has flat normals then, for which the shader needs none.
+    if (geometry.attributes.position && !geometry.attributes.normal) geometry.computeVertexNormals();
     const garment = {
-      fabric, state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, turns: new WeakSet(), other: null, view: null, pose: '', posed_at: -POSE, fraction: 0, at_rest: false, materials: new Set(), geometry, names,
+      object, fabric, state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, turns: new WeakSet(), other: null, view: null, pose: '', posed_at: -POSE, fraction: 0, at_rest: false, materials: new Set(), geometry, names,
       edition: fabric.edition
     };
     const {position, normal} = geometry.attributes, uv = geometry.attributes[lay.uv_set === 1 ? 'uv1' : 'uv'];
-    if (!position || !normal || !uv) {
+    if (!position || !uv || object.isBatchedMesh) {
+      refuse(object, object.isBatchedMesh ? 'a BatchedMesh has no fabric' : `GARMENT_NO_UVS: no ${uv ? 'places' : `coordinates of set ${lay.uv_set}`}`);
       queueMicrotask(() => this.#tell());
       return {...garment, state: 'ended'};
     }
@@ -175,7 +212,7 @@ class CellImages extends EventDispatcher {
       this.#send_view(garment);
     })().catch((error) => {
       garment.state = 'ended';
-      console.warn(`selvedge: ${error.message}; the fallback is shown`);
+      refuse(object, error.message);
     }).finally(() => {
       --this.#asked;
       this.#tell();
@@ -188,7 +225,7 @@ class CellImages extends EventDispatcher {
     this.#upload(renderer);
     inverse.copy(object.matrixWorld);
     if (object.isInstancedMesh) {
-      object.getMatrixAt(0, of_instance);
+      find_nearest(of_instance, object, camera);
       inverse.multiply(of_instance);
     }
     const scale = Math.cbrt(Math.abs(inverse.determinant()));
@@ -257,9 +294,9 @@ class CellImages extends EventDispatcher {
     if (kind === 'end') {
       for (const garment of this.#of_number.values()) {
         garment.state = 'ended';
+        refuse(garment.object, `GRAPHICS_UNAVAILABLE: ${message}`);
         for (const material of garment.materials) material.update_fabric();
       }
-      if (this.#of_number.size > 0) console.warn(`selvedge: GRAPHICS_UNAVAILABLE: ${message}; the fallback is shown`);
       this.#of_number.clear();
       return this.dispatchEvent({type: 'change', at_rest: true});
     }

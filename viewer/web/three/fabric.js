@@ -22,6 +22,8 @@ export class LoadedFabric {
   accuracy = {};
   fallback = {};
   read_in = null;
+  /** Names of the meshes that are to show it, for its message. */
+  meshes = new Set();
   /**
    * `source`: an ArrayBuffer, or { url, headers, credentials } as fetch() takes them, or a promise of one, with the place of
    * the url in a garment; `name` is said in messages.
@@ -33,7 +35,8 @@ export class LoadedFabric {
       this.state = 'broken';
       this.issue = issue_of(error);
       const {code, place, message} = this.issue;
-      console.warn(`selvedge: ${code}: ${name}${place ? `: ${place}` : ''}: ${message}; the fallback is shown`);
+      const names = [...this.meshes].join(', ');
+      console.warn(`selvedge: ${code}: ${name}${place ? `: ${place}` : ''}: ${message}; the fallback is shown${names && ` by ${names}`}`);
     });
   }
   /** Frees the fabric, once no garment shows it any more. */

@@ -54,7 +54,11 @@ export function set_kept_textures(uniforms, parts) {
   }
   uniforms.kept_mask_cutoff.value = parts.mask_cutoff;
   uniforms.kept_normal_scale.value = parts.normal_scale;
-  uniforms.kept_tint.value.fromArray(parts.tint);
+}
+/** Tints by the parts, and by a colour beside another one, the fabric's own: as the fallback changes. */
+export function set_tint(uniforms, parts, colour, own) {
+  const change = ['r', 'g', 'b'].map((c) => colour[c] === own[c] ? 1 : Math.min(colour[c] / own[c], MAX_TINT));
+  uniforms.kept_tint.value.fromArray(parts.tint.map((tint, k) => tint * change[k]));
 }
 
 /** Names and body for a vertex shader. */

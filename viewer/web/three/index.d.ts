@@ -75,12 +75,15 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   readonly fabric: LoadedFabric | null;
   readonly lay: Lay;
   readonly shows: 'fabric' | 'fallback';
+  /** What is shown once frames show the fabric, or it is known that they will not. */
+  readonly ready: Promise<'fabric' | 'fallback'>;
   /** Whether the fabric is to be shown where it can be; else the fallback. */
   shows_fabric: boolean;
   /** The level that is shown everywhere; -1, by default: by the size of a pixel. */
   level: number;
   /** Takes another fabric, as large; `keeps`: what is shown stays until its images are there. */
   set_fabric(fabric: LoadedFabric | null, options?: {keeps?: boolean}): this;
+  /** Takes another factor on the fabric alone; `color` changes fabric and fallback. */
   set_tint(tint: [number, number, number]): void;
 }
 

@@ -111,6 +111,7 @@ export class SelvedgeFabric {
       scene.traverse((object) => {
         const {material, geometry} = object;
         if (!material?.isFabricMaterial) return;
+        if (object.name) material.fabric?.meshes.add(object.name);
         const {normal} = geometry.attributes;
         // As `render` has it: such normals are no directions.
         if (normal && Array.from({length: normal.count}, (_, i) => normal.getX(i) || normal.getY(i) || normal.getZ(i)).some((x) => !x))

@@ -11,7 +11,7 @@ export function lights_of(renderer, scene, camera) {
   if (found.scene === scene && found.camera === camera && found.frame === frame && found.renderer === renderer) return found;
   found = {renderer, scene, camera, frame, lamps: [], soft: []};
   scene.traverseVisible((object) => {
-    if (!object.isLight || !object.layers.test(camera.layers)) return;
+    if (!object.isLight || object.userData.spares_fabrics || !object.layers.test(camera.layers)) return;
     const {isDirectionalLight, isSunLight, isPointLight, isSpotLight, isRectAreaLight, isAmbientLight, isHemisphereLight, isLightProbe} = object;
     if (isDirectionalLight || isSunLight || isPointLight || isSpotLight || isRectAreaLight) found.lamps.push(object);
     if (isAmbientLight || isHemisphereLight || isLightProbe) found.soft.push(object);

@@ -1,8 +1,8 @@
 // A material of three.js that shows a fabric once it is loaded, and its fallback before that, and where it is broken.
-import {Matrix3, MeshPhysicalMaterial, MeshStandardMaterial, REVISION} from 'three';
+import {Color, Matrix3, MeshPhysicalMaterial, MeshStandardMaterial, REVISION} from 'three';
 import {CHART, cell_images} from './cell_images.js';
 import {around_of_mesh, around_uniforms, set_around} from './environment.js';
-import {key_of_parts, no_parts, part_uniforms, set_kept_textures} from './garment_parts.js';
+import {key_of_parts, no_parts, part_uniforms, set_kept_textures, set_tint} from './garment_parts.js';
 import {DRAWN, draw_sorted, is_in_software, sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
 import {VERTEX_LIGHT} from './surroundings.js';
@@ -22,6 +22,7 @@ function matrix_of({offset, rotation, scale}) {
 }
 
 export class FabricMaterial extends MeshPhysicalMaterial {
+  #settle;
   /**
    * fallback       a MeshStandardMaterial or MeshPhysicalMaterial, whose members the material takes
    * fabric         a LoadedFabric
@@ -32,6 +33,8 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   constructor({fallback = null, fabric = null, lay = plain_lay, keeps_opacity = false, parts = no_parts} = {}) {
     super();
     this.isFabricMaterial = true;
+    /** Becomes what is shown, 'fabric' or 'fallback', once frames show the one or it is known that they never will. */
+    this.ready = new Promise((settle) => this.#settle = settle);
     this.fabric = fabric;
     this.lay = lay;
     /** Metres of cloth in a unit of the texture coordinates, once another fabric has come. */
@@ -40,9 +43,12 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.keeps_opacity = keeps_opacity;
     this.parts = parts;
     this.part_uniforms = part_uniforms();
+    /** The colour of the material when the fabric has its own; another one tints it. */
+    this.own_color = new Color(1, 1, 1);
     this.fabric_uniforms = {
       fabric_transform: {value: this.matrix},
       cell_beyond: {value: 0},
+      cell_albedo: {value: [1, 1, 1]},
       cell_brighter: {value: 2},
       varied_keys: {value: new Uint32Array(6)},
       varied_runs: {value: new Int32Array(12)},
@@ -65,6 +71,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
       super.copy(fallback);
     else if (fallback.isMeshStandardMaterial)
       MeshStandardMaterial.prototype.copy.call(this, fallback);
+    this.own_color.copy(this.color);
     this.defines = {STANDARD: '', PHYSICAL: ''};
     // State that the fabric has otherwise.
     const {transparent, depthWrite, alphaTest, forceSinglePass} = this;
@@ -86,14 +93,14 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.update_fabric();
     return this;
   }
-  /** Takes another factor on the fabric, linear. */
+  /** Takes another factor on the fabric alone, linear. */
   set_tint(tint) {
     this.parts = {...this.parts, tint};
-    this.part_uniforms.kept_tint.value.fromArray(tint);
   }
   /** Shows what is due now; before every drawing. */
   update_fabric() {
     const due = this.shows_fabric && this.garment?.state === 'shown' ? 'fabric' : 'fallback';
+    if (due === 'fabric' || !is_of_use || !this.fabric || this.fabric.state === 'broken' || this.garment?.state === 'ended') this.#settle(due);
     if (due === this.shows) return;
     this.shows = due;
     if (due === 'fabric') {
@@ -122,8 +129,11 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   }
   /** Makes an object ready to be drawn. */
   prepare(renderer, scene, camera, geometry, object) {
+    set_tint(this.part_uniforms, this.parts, this.color, this.own_color);
     const lit = this.#update_around(renderer, scene, camera, geometry);
-    if (is_of_use && this.fabric?.state === 'ready' && this.shows_fabric) {
+    const {state} = is_of_use && this.shows_fabric && this.fabric || {};
+    if (state === 'loading') cell_images.await_fabric(object, this.fabric);
+    if (state === 'ready') {
       const garment = cell_images.garment(object, geometry, this);
       if (garment) {
         cell_images.look(
@@ -139,9 +149,10 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   #show(garment) {
     if (garment.names[0] !== this.names[0]) this.needsUpdate = true;
     Object.assign(this, {garment, names: garment.names});
-    const {fabric_uniforms: uniforms, fabric: {has_yarn, variation}} = this;
+    const {fabric_uniforms: uniforms, fabric: {has_yarn, variation, albedo, fallback, edition}} = this;
     uniforms.fabric_transform.value = this.matrix;
     uniforms.cell_beyond.value = garment.beyond;
+    uniforms.cell_albedo.value = fallback.albedo || edition > 0 ? albedo : this.own_color.toArray();
     uniforms.cell_brighter.value = has_yarn ? 2 : 8;
     for (const [name, numbers] of Object.entries(variation)) uniforms[`varied_${name}`].value = numbers;
   }
@@ -152,7 +163,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
       shader.uniforms, this.fabric_uniforms, this.around_uniforms, this.part_uniforms, cell_images.uniforms);
     if (this.shows !== 'fabric') return;
     shader.vertexShader = vertex_shader(shader.vertexShader, this.lay.uv_set, this.names, this.has_vertex_light, this.parts);
-    shader.fragmentShader = fragment_shader(this, is_in_software(renderer));
+    shader.fragmentShader = fragment_shader(this, is_in_software(renderer), shader.instancing);
   }
   customProgramCacheKey() {
     if (this.shows !== 'fabric') return 'selvedge fallback';
@@ -164,6 +175,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     if (!source.isFabricMaterial) return this;
     for (const name of ['fabric', 'lay', 'metres', 'matrix', 'keeps_opacity', 'parts', 'shows_fabric', 'level']) this[name] = source[name];
     this.of_fallback = {...source.of_fallback};
+    this.own_color.copy(source.own_color);
     Object.assign(this, this.of_fallback, {shows: 'fallback'});
     for (const [name, uniform] of Object.entries(source.fabric_uniforms)) {
       const {value} = uniform;

@@ -75,7 +75,7 @@ const FRAGMENT_NAMES = `
 // Features of the chunks for the fallback alone.
 ${['STANDARD', 'PHYSICAL', 'USE_CLEARCOAT', 'USE_IRIDESCENCE', 'USE_ANISOTROPY', 'USE_NORMALMAP_TANGENTSPACE'].map((name) => `#undef ${name}\n`).join('')}
 varying vec3 vViewPosition;
-uniform vec3 emissive, diffuse;
+uniform vec3 emissive;
 #include <common>
 #include <packing>  // of shadow maps before 0.183
 ${['dithering', 'uv', 'color', 'emissivemap', 'aomap', 'fog', 'normal', 'logdepthbuf', 'clipping_planes'].map((name) => `#include <${name}_pars_fragment>\n`).join('')}
@@ -85,6 +85,7 @@ ${SHADOWED}
 // Cell images of the worker (cell_images.js).
 uniform sampler2D cell_atlas, cell_heights, cell_tiles;
 uniform highp usampler2D cell_table;
+uniform vec3 cell_albedo;     // of the fabric, its mean
 uniform float cell_beyond;    // fraction of the light of one side that the other side gets
 uniform float cell_brighter;  // bound on a place's brightness over its image's
 varying vec2 fabric_uv; flat varying vec4 of_chart; flat varying vec2 chart_cells;
@@ -265,7 +266,7 @@ void main() {
   if (texture2D(kept_mask, kept_mask_uv).a < kept_mask_cutoff) discard;
 #endif
 
-  vec4 sum = vec4(diffuse / PI, 1.0);  // no image yet
+  vec4 sum = vec4(cell_albedo / PI, 1.0);  // no image yet
   float brighter = 1.0, brightest = 1e9, change = 1.0;
   int tile = tile_at(fabric_uv, fabric_side > 0.0 ? 0 : 1);
   if (tile > 0) {
@@ -305,14 +306,21 @@ void main() {
   bright += brightness_around(around_brightness + soft_brightness, n) * occlusion;
 #endif
 
+#ifdef INSTANCED
+  // The mean takes the place of another instance's images that too little light has reached.
+  float gain = bright > 0.0 ? bright * brighter : 0.0;
+  sum.rgb = mix(cell_albedo * (sum.a * bright / PI), sum.rgb * min(gain, brightest) * change, min(brightest / max(gain, 1e-6), 1.0));
+#else
   sum.rgb *= min(bright * brighter, brightest) * change;
+#endif
   vec3 outgoingLight = (sum.a > 0.0 ? sum.rgb / sum.a : vec3(0.0)) * tint + totalEmissiveRadiance;
   ${['opaque', 'tonemapping', 'colorspace', 'fog', 'premultiplied_alpha', 'dithering'].map((name) => `#include <${name}_fragment>\n`).join('')}
 }
 `;
 
 /** The fragment shader of a fabric. */
-export const fragment_shader = ({keeps_opacity, is_lit_around, has_vertex_light, parts}, in_software) => [
+export const fragment_shader = ({keeps_opacity, is_lit_around, has_vertex_light, parts}, in_software, is_instanced) => [
+  is_instanced ? '#define INSTANCED\n' : '',
   in_software ? '#define IN_SOFTWARE\n' : '', is_lit_around ? '#define AROUND\n' : '', has_vertex_light ? '#define VERTEX_LIGHT\n' : '',
   keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', part_fragment(parts), FRAGMENT_NAMES, FRAGMENT_BODY
 ].join('');
