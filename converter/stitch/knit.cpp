@@ -328,7 +328,7 @@ class Drawing {
     if (own.passed() == 0) return knit + held;
     const double across = crossed_wale * chart_.wale_mm * own.lean;
     const double up = crossed_courses * chart_.course_mm;
-    return knit + held + 2 * (std::hypot(across, up) - up);
+    return knit + held + 2 * (std::sqrt(across * across + up * up) - up);
   }
 
   V3d point(int course, int column, std::size_t yarn, double level, double t) const {

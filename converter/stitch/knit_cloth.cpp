@@ -24,12 +24,11 @@ constexpr double max_loops_a_tile = 128;
 /// Fraction of its radius to which soft yarn gives way while the cloth takes its size.
 constexpr double soft_core = 0.85;
 /// Sections of soft yarn (as in yarn_relax.cpp): strain for a contact force of 1, its bound a step; what a
-/// step takes back, and passes on to either neighbour; logarithm of the largest width.
+/// step takes back, and passes on to either neighbour.
 constexpr double pressure = 0.05;
 constexpr double max_pressure = 0.1;
 constexpr double recovery = 0.05;
 constexpr double spread = 0.25;
-constexpr double max_stretch = 0.6019864021629680;
 
 double length_of(const V3d& v) { return std::sqrt(v.length2()); }  // length() is a call
 
@@ -43,7 +42,7 @@ KnitCloth::KnitCloth(const DrawnKnit& knit, double gap_radii, const std::vector<
     chain.begin = static_cast<std::uint32_t>(points_.size());
     chain.radius = yarn.radius_mm;
     chain.soft = yarn.fibre_kind != 0;
-    chain.log_flattening = chain.soft ? std::log(yarn.flattening) : 0;
+    chain.flattening = chain.soft ? yarn.flattening : 1;
     unit_ = std::max(unit_, yarn.radius_mm);
     const V2i turns = chain_periods(yarn, period_);
     chain.turns = {1.0 * turns.x, 1.0 * turns.y};
@@ -242,40 +241,15 @@ double KnitCloth::support(std::uint32_t piece, const V3d& direction, V3d& slope)
 
 /// Sections pass on their strain along the yarn, recover, and stay across it.
 void KnitCloth::set_sections() {
-  std::vector<Imath::M33d> old;
   for (const Chain& chain : chains_) {
-    if (!chain.soft || swollen_ == 0) {
-      std::copy(radii_.begin() + chain.begin, radii_.begin() + chain.end, reaches_.begin() + chain.begin);
-      continue;
-    }
-    old.assign(strains_.begin() + chain.begin, strains_.begin() + chain.end);
-    const std::size_t n = old.size();
-    for (std::size_t i = 0; i < n; ++i) {
-      const auto index = static_cast<std::uint32_t>(chain.begin + i);
-      Imath::M33d& strain = strains_[index];
-      strain =
-          (old[i] * (1 - 2 * spread) + (old[(i + 1) % n] + old[(i + n - 1) % n]) * spread) * (1 - recovery);
+    if (!chain.soft || swollen_ == 0) continue;
+    pass_on({strains_.begin() + chain.begin, strains_.begin() + chain.end}, spread, recovery);
+    // Rounded, as logarithms differ in their last bits between machines.
+    const double flat = recovery * swollen_ * static_cast<float>(std::log(chain.flattening));
+    for (std::uint32_t i = chain.begin; i < chain.end; ++i) {
       // The press that finishes cloth makes free yarn as flat as it is to be.
-      strain[2][2] += recovery * chain.log_flattening * swollen_;
-      V3d direction = along(index);
-      direction /= length_of(direction);
-      const V3d axis = std::abs(direction.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
-      V3d x = axis - direction * axis.dot(direction);
-      x /= length_of(x);
-      const V3d y = direction.cross(x);
-      // In the plane of x and y it is (c, s; s, -c).
-      const double c = 0.5 * (x.dot(x * strain) - y.dot(y * strain));
-      const double s = x.dot(y * strain);
-      const double size = std::sqrt(c * c + s * s);
-      const double part = size > max_stretch ? max_stretch / size : 1;
-      for (int k = 0; k < 3; ++k)
-        for (int l = 0; l < 3; ++l)
-          strain[k][l] = part * (c * (x[k] * x[l] - y[k] * y[l]) + s * (x[k] * y[l] + y[k] * x[l]));
-      const double wide = exp_of(part * size);
-      const V3d widest = c > 0 ? x * (size + c) + y * s : x * s + y * (size - c);
-      const double length = length_of(widest);
-      squeezes_[index] = length > 0 ? widest * (std::sqrt(1 - 1 / (wide * wide)) / length) : V3d(0);
-      reaches_[index] = radii_[index] * wide;
+      strains_[i][2][2] += flat;
+      reaches_[i] = radii_[i] * set_squeeze(strains_[i], along(i).normalized(), squeezes_[i]);
     }
   }
 }
@@ -330,7 +304,7 @@ bool KnitCloth::follow(std::uint32_t a, std::uint32_t b, double x, double y) con
   if (chain.turns.x != 0) turns = x / chain.turns.x;
   if (turns != std::round(turns) || turns * chain.turns.y != y) return false;
   const double between = std::abs(static_cast<double>(b) - a + turns * (chain.end - chain.begin));
-  return between * lengths_[a] < pi * chain.radius * std::exp(-0.5 * chain.log_flattening) + lengths_[a];
+  return between * lengths_[a] < pi * chain.radius / std::sqrt(chain.flattening) + lengths_[a];
 }
 
 std::vector<double> KnitCloth::curvature() const {

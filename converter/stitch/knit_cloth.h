@@ -66,7 +66,7 @@ class KnitCloth {
     V2d turns{0, 0};
     double radius = 0;
     bool soft = false;
-    double log_flattening = 0;
+    double flattening = 1;
     std::vector<Part> parts;
   };
   /// From a point to the next.

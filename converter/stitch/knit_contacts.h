@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "converter/stitch/knit_cloth.h"
+#include "converter/stitch/relax_chain.h"
 
 namespace selvedge {
 
@@ -40,19 +41,7 @@ void KnitCloth::visit_contacts(const Visit& visit) {
     const V3d& u = one.along;
     const V3d& v = other.along;
     const V3d w = between + (v - u) * 0.5;
-    // The nearest points of both pieces.
-    const double aa = std::max(u.length2(), 1e-300);
-    const double bb = std::max(v.length2(), 1e-300);
-    const double ab = u.dot(v);
-    const double ca = u.dot(w);
-    const double cb = v.dot(w);
-    const double parallel = aa * bb - ab * ab;
-    double s = parallel > 1e-9 * aa * bb ? std::clamp((ab * cb - ca * bb) / parallel, 0.0, 1.0) : 0.5;
-    double t = (ab * s + cb) / bb;
-    if (t < 0 || t > 1) {
-      t = std::clamp(t, 0.0, 1.0);
-      s = std::clamp((ab * t - ca) / aa, 0.0, 1.0);
-    }
+    const auto [s, t] = nearest_of(w, u, v);
     const V3d apart = w + u * s - v * t;
     const double distance = std::sqrt(apart.length2());
     if (distance >= far || distance == 0) continue;

@@ -5,6 +5,19 @@
 #include <utility>
 
 namespace selvedge {
+namespace {
+
+/// Logarithm of the largest width of soft sections, in radii (thickness is 0.3 of it).
+constexpr double max_stretch = 0.6019864021629680;
+
+/// exp(x) for |x| < 1, to 1e-8, of the same bits everywhere.
+double exp_of(double x) {
+  double power = (2048 + x) / (2048 - x);
+  for (int i = 0; i < 10; ++i) power *= power;
+  return power;
+}
+
+}  // namespace
 
 std::vector<V3d> resampled(const RelaxChain& chain, std::size_t count) {
   const double step = chain.length() / static_cast<double>(count);
@@ -22,6 +35,34 @@ std::vector<V3d> resampled(const RelaxChain& chain, std::size_t count) {
   }
   while (points.size() < count) points.push_back(chain.points.back());  // rounding at the very end
   return points;
+}
+
+void pass_on(std::span<Imath::M33d> strains, double spread, double recovery) {
+  const std::vector<Imath::M33d> old(strains.begin(), strains.end());
+  const std::size_t count = old.size();
+  for (std::size_t i = 0; i < count; ++i)
+    strains[i] =
+        (old[i] * (1 - 2 * spread) + (old[(i + 1) % count] + old[(i + count - 1) % count]) * spread) *
+        (1 - recovery);
+}
+
+double set_squeeze(Imath::M33d& strain, const V3d& along, V3d& squeeze) {
+  const V3d axis = std::abs(along.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
+  const V3d x = (axis - along * axis.dot(along)).normalized();
+  const V3d y = along.cross(x);
+  // In the plane of x and y it is (c, s; s, -c).
+  const double c = 0.5 * (x.dot(x * strain) - y.dot(y * strain));
+  const double s = x.dot(y * strain);
+  const double size = std::sqrt(c * c + s * s);
+  const double part = size > max_stretch ? max_stretch / size : 1;
+  for (int k = 0; k < 3; ++k) {
+    for (int l = 0; l < 3; ++l)
+      strain[k][l] = part * (c * (x[k] * x[l] - y[k] * y[l]) + s * (x[k] * y[l] + y[k] * x[l]));
+  }
+  const double wide = exp_of(part * size);
+  const V3d widest = c > 0 ? x * (size + c) + y * s : x * s + y * (size - c);
+  squeeze = widest.normalized() * std::sqrt(1 - 1 / (wide * wide));
+  return wide;
 }
 
 void smooth(RelaxChain& chain, double time, double bending) {

@@ -1,6 +1,8 @@
 // Yarn as a closed polyline, which relaxation (yarn_relax.h) moves.
 #pragma once
 
+#include <algorithm>
+#include <span>
 #include <vector>
 
 #include "converter/stitch/pattern.h"
@@ -35,12 +37,33 @@ struct RelaxChain {
   }
 };
 
-/// exp(x) for |x| < 1, to 1e-8, of the same bits everywhere.
-inline double exp_of(double x) {
-  double power = (2048 + x) / (2048 - x);
-  for (int i = 0; i < 10; ++i) power *= power;
-  return power;
+struct Nearest {
+  double s, t;  ///< along either piece, 0 to 1
+};
+
+/// Nearest points of two straight pieces, the first starting `between` from the second.
+inline Nearest nearest_of(const V3d& between, const V3d& along_a, const V3d& along_b) {
+  const double aa = std::max(along_a.length2(), 1e-300);
+  const double bb = std::max(along_b.length2(), 1e-300);
+  const double ab = along_a.dot(along_b);
+  const double ca = along_a.dot(between);
+  const double cb = along_b.dot(between);
+  const double parallel = aa * bb - ab * ab;
+  double s = parallel > 1e-9 * aa * bb ? std::clamp((ab * cb - ca * bb) / parallel, 0.0, 1.0) : 0.5;
+  double t = (ab * s + cb) / bb;
+  if (t < 0 || t > 1) {
+    t = std::clamp(t, 0.0, 1.0);
+    s = std::clamp((ab * t - ca) / aa, 0.0, 1.0);
+  }
+  return {s, t};
 }
+
+/// Passes this fraction of the strains of soft sections on to either neighbour, and takes `recovery` back.
+void pass_on(std::span<Imath::M33d> strains, double spread, double recovery);
+
+/// Keeps a strain across its piece, without trace and within bounds; returns half the width of the section,
+/// in radii.
+double set_squeeze(Imath::M33d& strain, const V3d& along, V3d& squeeze);
 
 /// Points at equal distances along a chain, linear between the old ones.
 std::vector<V3d> resampled(const RelaxChain& chain, std::size_t count);

@@ -15,27 +15,6 @@
 namespace selvedge {
 namespace {
 
-struct Nearest {
-  double s, t;  ///< along either piece, 0 to 1
-};
-
-/// Nearest points of two straight pieces, the first starting `between` from the second.
-Nearest nearest_of(const V3d& between, const V3d& along_a, const V3d& along_b) {
-  const double aa = std::max(along_a.length2(), 1e-300);
-  const double bb = std::max(along_b.length2(), 1e-300);
-  const double ab = along_a.dot(along_b);
-  const double ca = along_a.dot(between);
-  const double cb = along_b.dot(between);
-  const double parallel = aa * bb - ab * ab;
-  double s = parallel > 1e-9 * aa * bb ? std::clamp((ab * cb - ca * bb) / parallel, 0.0, 1.0) : 0.5;
-  double t = (ab * s + cb) / bb;
-  if (t < 0 || t > 1) {
-    t = std::clamp(t, 0.0, 1.0);
-    s = std::clamp((ab * t - ca) / aa, 0.0, 1.0);
-  }
-  return {s, t};
-}
-
 using std::numbers::pi;
 
 /// Length of the pieces that a chain is cut into, in radii: a bend with the yarn's own radius deviates from
@@ -62,12 +41,10 @@ constexpr int rough_steps = 60;
 constexpr double rough_settled_overlap = 0.02;
 
 /// Sections of soft yarn: strain that a step adds for an overlap of a radius; fraction of the strain that it
-/// takes back, and that it passes on to either neighbour; logarithm of the most width, in radii (thickness is
-/// 0.3 of it).
+/// takes back, and that it passes on to either neighbour.
 constexpr double soft_pressure = 1.5;
 constexpr double soft_recovery = 0.05;
 constexpr double soft_spread = 0.25;
-constexpr double max_stretch = 0.6019864021629680;
 
 /// Length of the resulting segments, in radii; sections of soft yarn change within a radius.
 constexpr double segment_radii = 0.8;
@@ -371,13 +348,7 @@ class Relaxation {
     press();
     for (RelaxChain& chain : chains_) {
       if (!chain.is_soft) continue;
-      const std::vector<Imath::M33d> old = chain.strains;
-      const std::size_t count = old.size();
-      for (std::size_t i = 0; i < count; ++i) {
-        chain.strains[i] = (old[i] * (1 - 2 * soft_spread) +
-                            (old[(i + 1) % count] + old[(i + count - 1) % count]) * soft_spread) *
-                           (1 - recovery);
-      }
+      pass_on(chain.strains, soft_spread, recovery);
       // The press that finishes cloth makes free yarn as flat as it is to be.
       for (Imath::M33d& strain : chain.strains) strain[2][2] += recovery * chain.log_flattening;
       set_squeezes(chain);
@@ -391,22 +362,7 @@ class Relaxation {
     chain.squeezes.resize(chain.points.size());
     for (std::size_t i = 0; i < chain.points.size(); ++i) {
       const V3d along = (chain.next_point(i) - chain.points[i]).normalized();
-      const V3d axis = std::abs(along.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
-      const V3d x = (axis - along * axis.dot(along)).normalized();
-      const V3d y = along.cross(x);
-      Imath::M33d& strain = chain.strains[i];
-      // In the plane of x and y it is (c, s; s, -c).
-      const double c = 0.5 * (x.dot(x * strain) - y.dot(y * strain));
-      const double s = x.dot(y * strain);
-      const double size = std::sqrt(c * c + s * s);
-      const double part = size > max_stretch ? max_stretch / size : 1;
-      for (int k = 0; k < 3; ++k) {
-        for (int l = 0; l < 3; ++l)
-          strain[k][l] = part * (c * (x[k] * x[l] - y[k] * y[l]) + s * (x[k] * y[l] + y[k] * x[l]));
-      }
-      const double wide = exp_of(part * size);
-      const V3d widest = c > 0 ? x * (size + c) + y * s : x * s + y * (size - c);
-      chain.squeezes[i] = widest.normalized() * std::sqrt(1 - 1 / (wide * wide));
+      const double wide = set_squeeze(chain.strains[i], along, chain.squeezes[i]);
       chain.half_widths[i] = chain.radius * wide;
     }
   }
