@@ -109,8 +109,10 @@ void KnitCloth::set_tiles() {
   double loops = 0;
   for (const Chain& chain : chains_) loops += static_cast<double>(chain.parts.size());
   const double area = loops > max_loops_a_tile ? loops_a_tile / loops * period_.x * period_.y : 1e300;
-  const auto columns = static_cast<std::uint32_t>(std::max(1.0, std::round(period_.x / std::sqrt(area))));
-  const auto rows = static_cast<std::uint32_t>(std::max(1.0, std::round(period_.y / std::sqrt(area))));
+  const double most = std::max(1.0, std::round(period_.x * period_.y / area));
+  const double across = std::clamp(std::round(period_.x / std::sqrt(area)), 1.0, most);
+  const auto columns = static_cast<std::uint32_t>(across);
+  const auto rows = static_cast<std::uint32_t>(std::max(1.0, std::round(most / across)));
   tiles_.resize(std::size_t{columns} * rows);
   factors_.resize(tiles_.size());
   for (const Chain& chain : chains_) {
