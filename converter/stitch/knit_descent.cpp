@@ -118,6 +118,7 @@ bool KnitCloth::step(double& value) {
     direction = descent();
     slope = direction.dot(gradient_);
   }
+  if (!(slope < 0)) return false;
   double longest = 0;
   for (const V3d& way : direction.points) longest = std::max(longest, way.length2());
   const double growth = std::max(std::abs(direction.period.x), std::abs(direction.period.y));
