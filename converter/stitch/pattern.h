@@ -72,7 +72,7 @@ struct StitchPattern {
 
 /// Limits of a pattern, checked before any computation.
 struct StitchLimits {
-  int segments = 1 << 18;  ///< of all yarns together
+  int segments = 1 << 21;  ///< of all yarns together
   double min_mm = 1e-5;    ///< of radii and periods
   double max_mm = 1e7;
   double radius_periods = 2;  ///< radius as a multiple of the shorter period
