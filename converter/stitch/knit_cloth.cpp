@@ -368,7 +368,8 @@ void KnitCloth::give(DrawnKnit& knit) const {
       yarn.segments.push_back({middle, middle + along, end - arrives * 0.5, end});
       if (!chain.soft) continue;
       const V3d& squeeze = squeezes_[chain.begin + k];
-      yarn.squeezes.push_back(squeeze_between(squeezes_[chain.begin + (k > 0 ? k : count) - 1], squeeze, 0.5));
+      yarn.squeezes.push_back(
+          squeeze_between(squeezes_[chain.begin + (k > 0 ? k : count) - 1], squeeze, 0.5));
       yarn.squeezes.push_back(squeeze);
     }
   }
