@@ -50,7 +50,7 @@ constexpr double catch_depth = -3.6;
 
 // The table of lengths (spec/chart.md), beside a knit stitch: a yarn over is wrapped about the needle and
 // drawn through nothing. The legs of a crossed loop rise two courses on their way across wales that stand
-// half as wide as those of plain knit.
+// at half of plain knit's width.
 constexpr double length_of_yarn_over = 0.75;
 constexpr double crossed_wale = 0.5;
 constexpr double crossed_courses = 2;

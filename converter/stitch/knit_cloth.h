@@ -26,7 +26,7 @@
 
 namespace selvedge {
 
-/// What a cloth is brought to, in stages, and rests at.
+/// State that a cloth is brought to in stages, and rests in.
 struct ClothGoal {
   bool grows = false;       ///< from the drawing: yarn grows to its thickness, loops to their lengths
   bool presses = false;     ///< soft yarn takes its full section, flat where it is pressed
@@ -158,7 +158,7 @@ class KnitCloth {
   double unit_ = 0;                            ///< radius of the thickest yarn, mm
   double grown_ = 1, swollen_ = 0, thin_ = 1;  ///< fractions of the radius; 0: a round core, 1: its section
   double float_factor_ = 1;
-  double stiffness_ = 1;  ///< factor on that of pieces and contacts
+  double stiffness_ = 1;  ///< factor on the stiffness of pieces and contacts
   double overlap_ = 0;    ///< largest, in radii of the thinner yarn
 
   Vector gradient_;

@@ -207,7 +207,7 @@ void KnitCloth::visit_squares(const Chain& chain, std::uint32_t i, const Visit& 
   }
 }
 
-/// What a square adds to the Hessian of a tile. Squares of points in several tiles are replaced by their
+/// Adds a square to the Hessian of a tile. Squares of points in several tiles are replaced by their
 /// bound by Cauchy and Schwarz, which does not couple these.
 void KnitCloth::add(const Square& square, std::uint32_t tile, Hessian& hessian) const {
   double tiles = 0;
