@@ -11,6 +11,11 @@ namespace {
 /// Fraction of the bends of plain knit's loops that is set in the yarn.
 constexpr double set_bend = 0.2;
 
+/// Steps to its own size, and at the gauge; and for a preview.
+constexpr int free_steps = 300;
+constexpr int gauge_steps = 60;
+constexpr int rough_steps = 20;
+
 }  // namespace
 
 RelaxResult rest_knit(const StitchPattern& drawn, const RelaxOptions& options) {
@@ -31,11 +36,15 @@ RelaxResult rest_knit(const StitchPattern& drawn, const RelaxOptions& options) {
   DrawnKnit knit{drawn, options.parts};
   KnitCloth cloth(knit, options.gap_radii, curvature);
   // Floats span what plain knit behind them would.
-  cloth.rest({.grows = true, .is_free = true, .period_mm = drawn.period_mm * begin, .float_factor = begin.x});
+  cloth.rest({.grows = true,
+              .is_free = true,
+              .period_mm = drawn.period_mm * begin,
+              .float_factor = begin.x,
+              .max_steps = options.is_rough ? rough_steps : free_steps});
   const V2d slack = plain.period() / gauge;
   const V2d period = options.blocked_mm.x > 0 ? options.blocked_mm : cloth.period() / slack;
-  constexpr int gauge_steps = 60;
-  cloth.rest({.presses = true, .period_mm = period, .max_steps = gauge_steps});
+  cloth.rest(
+      {.presses = true, .period_mm = period, .max_steps = options.is_rough ? rough_steps : gauge_steps});
   cloth.give(knit);
   double low = 0;
   double high = 0;
