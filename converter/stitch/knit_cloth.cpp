@@ -35,7 +35,7 @@ double length_of(const V3d& v) { return std::sqrt(v.length2()); }  // length() i
 }  // namespace
 
 KnitCloth::KnitCloth(const DrawnKnit& knit, double gap_radii, const std::vector<double>& curvature)
-    : gap_(gap_radii + chord_gap), period_(knit.pattern.period_mm) {
+    : gap_(gap_radii + chord_gap), period_(knit.pattern.period_mm), min_period_(0.25 * period_) {
   for (std::size_t y = 0; y < knit.pattern.yarns.size(); ++y) {
     const Yarn& yarn = knit.pattern.yarns[y];
     Chain chain;

@@ -146,6 +146,7 @@ class KnitCloth {
 
   double gap_;
   V2d period_;
+  V2d min_period_;  ///< of jammed cloth, which would shrink to nothing
   std::vector<Chain> chains_;
   std::vector<V3d> points_, searched_;
   std::vector<double> lengths_, curvatures_;  ///< at rest, of the piece behind each point; in the point

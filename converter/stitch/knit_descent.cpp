@@ -155,7 +155,8 @@ bool KnitCloth::step(double& value) {
 }
 
 void KnitCloth::move(const Vector& direction, double step) {
-  const V2d factor(1 + step * direction.period.x, 1 + step * direction.period.y);
+  V2d factor(1 + step * direction.period.x, 1 + step * direction.period.y);
+  for (int k = 0; k < 2; ++k) factor[k] = std::max(factor[k], min_period_[k] / period_[k]);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     points_[i] += direction.points[i] * step;
     for (int k = 0; k < 2; ++k) points_[i][k] *= factor[k];

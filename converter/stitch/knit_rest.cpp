@@ -11,6 +11,10 @@ namespace {
 /// Fraction of the bends of plain knit's loops that is set in the yarn.
 constexpr double set_bend = 0.2;
 
+/// Largest radius that is tried, as a fraction of the smaller side of a stitch: thicker yarn has no room, and
+/// in its push the repeat would lose its shape.
+constexpr double max_radius = 0.35;
+
 /// Steps to its own size, and at the gauge; and for a preview.
 constexpr int free_steps = 300;
 constexpr int gauge_steps = 60;
@@ -18,8 +22,13 @@ constexpr int rough_steps = 20;
 
 }  // namespace
 
-RelaxResult rest_knit(const StitchPattern& drawn, const RelaxOptions& options) {
+RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options) {
   const V2d gauge = options.gauge_mm;
+  StitchPattern drawn = pattern;
+  double thickest = 0;
+  for (const Yarn& yarn : drawn.yarns) thickest = std::max(thickest, yarn.radius_mm);
+  const double thinned = std::min(1.0, max_radius * std::min(gauge.x, gauge.y) / thickest);
+  for (Yarn& yarn : drawn.yarns) yarn.radius_mm *= thinned;
   const DrawnKnit plain_knit =
       draw_knit({{{ChartStitch()}}, gauge.x, gauge.y, false, {drawn.yarns.front()}}, drawn.name);
   KnitCloth straight(plain_knit, options.gap_radii, {});
@@ -61,9 +70,9 @@ RelaxResult rest_knit(const StitchPattern& drawn, const RelaxOptions& options) {
     if (!yarn.squeezes.empty()) yarn.flattening = 1;
   }
   constexpr double min_part = 0.75;
-  return {std::move(knit.pattern), cloth.radius_fraction(), cloth.radius_fraction() >= min_part,
-          std::move(knit.parts),   plain.period(),          cloth.steps(),
-          cloth.residual()};
+  const double fraction = thinned * cloth.radius_fraction();
+  return {std::move(knit.pattern), fraction,      fraction >= min_part, std::move(knit.parts),
+          plain.period(),          cloth.steps(), cloth.residual()};
 }
 
 }  // namespace selvedge
