@@ -288,9 +288,13 @@ constexpr double max_relaxation_work = 2e8;
 /// third of it.
 double relaxation_work(const DrawnKnit& knit) {
   constexpr double work_per_radius = 130;
+  constexpr double long_loop = 200;  // radii, from which on loops take more steps; usual ones have 30
   double radii = 0;
   for (std::size_t y = 0; y < knit.parts.size(); ++y)
-    for (const KnitPart& part : knit.parts[y]) radii += part.length_mm / knit.pattern.yarns[y].radius_mm;
+    for (const KnitPart& part : knit.parts[y]) {
+      const double length = part.length_mm / knit.pattern.yarns[y].radius_mm;
+      radii += length * std::max(1.0, length / long_loop);
+    }
   return work_per_radius * radii;
 }
 constexpr const char* too_much_work =

@@ -49,7 +49,7 @@ make_inputs() {
   printf '1: k2\n2: k3\n' >uneven.txt
   printf '1: k2 [A B]\n' >yarn.txt
   printf 'name: caf\xe9\n1: k\n' >latin.txt
-  printf 'yarn A: radius_mm=0.001\n1: k100\n2: p100\n' >thin.txt
+  printf 'yarn A: radius_mm=0.001\n1: k\n' >thin.txt
   printf '1: k\n' >k.txt
   echo '{"selvedge_stitch": 1, "name": "nothing", "period_mm": [2, 2], "yarns": []}' >bare.json
   selvedge stitch plain-knit --set yarn=tube -o knit.json --quiet
