@@ -20,7 +20,7 @@ export function use_worker(make, module = wasm) {
 /** Bytes that cell images may take, 4 to 128 MiB, before the first fabric is loaded. */
 export const use_memory = (bytes) => void (memory = bytes);
 /** Calls listener(message) for messages of kind 'images' and 'rows', and for 'end': nothing more comes. */
-export const listen = (listener) => void listeners.push(listener);
+export const add_listener = (listener) => void listeners.push(listener);
 
 /** The fabrics and garments of the worker are lost. */
 function end_with(message) {
@@ -75,15 +75,15 @@ function start() {
 }
 
 /** Sends a message of cell_worker.js that nothing answers. */
-export function send(message, transfer) {
+export function send_to_worker(message, transfer) {
   if (!port) start();
   if (!is_dead) port(message, transfer);
 }
 /** The answer to a message; of fabrics with `read_in`: 'worker' or 'main thread'. Throws an Issue. */
-export function ask(message, transfer) {
+export function ask_worker(message, transfer) {
   if (is_dead) throw new Issue('GRAPHICS_UNAVAILABLE', '', 'the worker ended');
   return new Promise((end, fail) => {
     waiting.set(++count, {end, fail});
-    send({...message, id: count}, transfer);
+    send_to_worker({...message, id: count}, transfer);
   });
 }

@@ -15,7 +15,7 @@
 // and take_uploads(), whether all images are as the view wants them, and which edition of the fabric they show; rows { rows } of the atlas; and end { message }: it can
 // do no more.
 import {CellModule} from './cells.js';
-import {issue_of, opened} from './load.js';
+import {issue_of, fetch_fabric} from './load.js';
 import {Issue} from './reader/index.js';
 
 /** ms after which messages are taken again, and patches that images are made of without a look at the clock. */
@@ -69,7 +69,7 @@ export class CellWorker {
   }
   async fabric({id, source}) {
     try {
-      const fabric = await opened(source), module = await this.#module, number = module.add_fabric(fabric);
+      const fabric = await fetch_fabric(source), module = await this.#module, number = module.add_fabric(fabric);
       const result = {
         number, levels: fabric.levels, mm_per_repeat: fabric.mmPerRepeat, recipe: fabric.recipe ?? null, sheet: fabric.sheet ?? {},
         accuracy: fabric.accuracy ?? {}, fallback: fabric.fallback ?? {}, albedo: fabric.fallback?.albedo ?? [1, 1, 1], variation: module.variation(number),

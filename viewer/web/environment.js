@@ -7,7 +7,7 @@ const {PI, cos, floor, hypot, max, sin} = Math;
 const MOST_WIDTH = 512, LAMP_COSINE = cos(20 * PI / 180), LAMP_BRIGHTNESS = 4, LEAST_LAMP = 0.01;
 export const MAX_LAMPS = 4;
 /** Integrals of the clamped cosine and the nine functions. */
-export const AROUND_WEIGHTS = [1, 2 / 3, 2 / 3, 2 / 3, 1 / 4, 1 / 4, 1 / 4, 1 / 4, 1 / 4].map((weight) => weight * Math.PI);
+export const SMOOTH_LIGHT_INTEGRALS = [1, 2 / 3, 2 / 3, 2 / 3, 1 / 4, 1 / 4, 1 / 4, 1 / 4, 1 / 4].map((weight) => weight * Math.PI);
 
 /** Values of the nine functions of a unit direction, and the integrals of their squares. */
 export const smooth_basis = (x, y, z) => [1, x, y, z, x * y, x * z, y * z, x * x - y * y, 3 * z * z - 1];
@@ -84,7 +84,7 @@ function strongest_part(picture, least) {
 export const smooth_factors = (basis, solid) => basis.map((value, k) => value * solid / NORMS[k]);
 
 /** Bright parts of a picture, and the picture without them: { lamps: [{ direction, irradiance }], rest }. */
-export function take_lamps(picture) {
+export function extract_lamps(picture) {
   const rest = enlarged(reduced(picture, MOST_WIDTH)), {radiance} = rest, lamps = [], whole = [0, 0, 0];
   each(rest, (at, _, angle) => {
     for (let c = 0; c < 3; ++c) whole[c] += radiance[at + c] * angle;
@@ -115,7 +115,7 @@ export function take_lamps(picture) {
 }
 
 /** Smooth light of a picture: nine factors, each a colour. */
-export function project(picture) {
+export function project_to_smooth_light(picture) {
   const factors = NORMS.map(() => [0, 0, 0]), {radiance} = picture;
   each(picture, (at, direction, angle) => {
     smooth_factors(smooth_basis(...direction), angle).forEach((weight, k) => {
@@ -126,7 +126,7 @@ export function project(picture) {
 }
 
 /** Divides a picture: { lamps, rest }, the rest as smooth light. */
-export function divide(picture) {
-  const {lamps, rest} = take_lamps(picture);
-  return {lamps, rest: project(rest)};
+export function split_light(picture) {
+  const {lamps, rest} = extract_lamps(picture);
+  return {lamps, rest: project_to_smooth_light(rest)};
 }

@@ -16,7 +16,7 @@ async function fetched({url, headers, credentials}) {
 }
 
 /** open_fabric() of a source: an ArrayBuffer, or { url, headers, credentials } as fetch() takes them. Throws an Issue. */
-export async function opened(source) {
+export async function fetch_fabric(source) {
   const bytes = source instanceof ArrayBuffer ? source : await fetched(source);
   return open_fabric(new Uint8Array(bytes));
 }

@@ -3,11 +3,14 @@
 import 'selvedge/page/page.js';
 import {LoadedFabric, cell_images} from 'selvedge/three/index.js';
 import {element} from './element.js';
-import {sheet_of} from './fabric_file.js';
+import {data_sheet_lines} from './fabric_file.js';
 import {build_fields, refuse_value, show_values} from './fields.js';
 import {GarmentEditor} from './garment_editor.js';
 import {Maker} from './maker.js';
-import {can_step, change, choose, command, describe, edit_again, file_name, is_start, offers, recipe, step, when_taken} from './recipe.js';
+import {
+  can_step_history, choose_stitch, command_line, file_name, is_start_recipe, offered_recipes, on_recipe_change, recipe, set_description, set_recipe, set_recipe_of_fabric,
+  step_history
+} from './recipe.js';
 import {TextEditor} from './text_editor.js';
 
 const view = globalThis.selvedge, {stage} = view, by_id = (id) => document.getElementById(id);
@@ -22,7 +25,7 @@ const state = {making: false, shown: 0, preview_ms: null, made_ms: 0, shown_ms: 
 let making = null, last_fabric = null, resolve_current = null, garment = null, fabrics = [];
 
 function show_recipe() {
-  const offer = offers.find(({stitch, text}) => stitch === recipe.stitch && (text === undefined) === (recipe.text === undefined));
+  const offer = offered_recipes.find(({stitch, text}) => stitch === recipe.stitch && (text === undefined) === (recipe.text === undefined));
   for (const input of by_id('stitches').querySelectorAll('input')) input.checked = input.value === offer?.stitch;
   const chosen = by_id('stitches').querySelector('label:has(:checked)'), {scrollTop, clientHeight, offsetTop} = by_id('stitches');
   const below = chosen && chosen.offsetTop - offsetTop;
@@ -31,9 +34,9 @@ function show_recipe() {
   by_id('about').textContent = offer?.description ?? '';
   editor.show(recipe);
   show_values();
-  by_id('undo').disabled = !can_step(-1);
-  by_id('redo').disabled = !can_step(1);
-  by_id('command').value = command();
+  by_id('undo').disabled = !can_step_history(-1);
+  by_id('redo').disabled = !can_step_history(1);
+  by_id('command').value = command_line();
 }
 /** Shows a line of the module where the control is that it speaks of. */
 function refuse(line) {
@@ -44,7 +47,7 @@ function refuse(line) {
 
 const show_progress = (text) => by_id('made').textContent = text;
 const maker = new Maker({
-  describe, progress: (number, fraction) => state.making && show_progress(`making: ${STAGES[number]}, ${Math.round(100 * fraction)} %`),
+  describe: set_description, progress: (number, fraction) => state.making && show_progress(`making: ${STAGES[number]}, ${Math.round(100 * fraction)} %`),
   relaxed: () => ++state.relaxed, bytes_of: (id) => view.bytes_of(by_id(id))
 });
 /** The bytes of the cloth, once they are made. */
@@ -84,19 +87,19 @@ function make() {
   });
 }
 const show_sheet = (fabric, bytes) => by_id('sheet').replaceChildren(
-  ...sheet_of(fabric, bytes.length).flatMap(([name, value]) => [element('dt', {textContent: name}), element('dd', {textContent: value})]));
+  ...data_sheet_lines(fabric, bytes.length).flatMap(([name, value]) => [element('dt', {textContent: name}), element('dd', {textContent: value})]));
 /** Shows a fabric, a preview or whole; whether it was seen before is_over(). */
 async function show(bytes, is_over, is_whole = true) {
   await view.started;
   const fabric = new LoadedFabric(bytes.slice().buffer, recipe.stitch), last = fabrics.at(-1);
   await fabric.settled;
   if (is_over() || fabric.issue) return fabric.dispose();
-  const is_as_large = String(last.mm_per_repeat) === String(fabric.mm_per_repeat) && stage.worn().every((material) => material.fabric === last);
+  const is_as_large = String(last.mm_per_repeat) === String(fabric.mm_per_repeat) && stage.cloth_materials().every((material) => material.fabric === last);
   const shown = stage.cloth = is_as_large ? last : fabric;
   if (is_whole) show_sheet(fabric, bytes);
-  for (const material of stage.worn()) {
+  for (const material of stage.cloth_materials()) {
     if (!is_as_large) material.set_fabric(fabric, {keeps: true});
-    if (is_whole) stage.fit(material, fabric);
+    if (is_whole) stage.fit_material(material, fabric);
   }
   if (is_as_large) cell_images.replace(last, fabric);
   else {
@@ -104,7 +107,7 @@ async function show(bytes, is_over, is_whole = true) {
     view.prepare();
   }
   const is_shown = () => cell_images.shows(shown) &&
-      stage.worn().every(({garment}) => garment?.fabric === shown && ['shown', 'ended'].includes(garment.state));
+      stage.cloth_materials().every(({garment}) => garment?.fabric === shown && ['shown', 'ended'].includes(garment.state));
   return new Promise((end) => {
     const look = () => {
       if (!is_over() && !is_shown()) {
@@ -129,22 +132,22 @@ function save(blob, name) {
 /** A tile of the list: a picture and a name. */
 function tile_of(offer) {
   const {stitch, description} = offer, name = stitch.replace(/\.\w+$/, ''), number = TILED.indexOf(name);
-  const input = element('input', {type: 'radio', name: 'stitch', value: stitch, onchange: () => choose(offer)});
+  const input = element('input', {type: 'radio', name: 'stitch', value: stitch, onchange: () => choose_stitch(offer)});
   const picture = element('span', {className: 'picture'});
   picture.style.backgroundPosition = `${-TILE * (number % 7)}px ${-TILE * Math.floor(number / 7)}px`;
   if (number < 0) picture.style.backgroundImage = 'none';
   return element('label', {title: description}, input, picture, name);
 }
-by_id('stitches').append(...offers.map(tile_of));
+by_id('stitches').append(...offered_recipes.map(tile_of));
 const on_click = (id, act) => by_id(id).addEventListener('click', act);
-on_click('undo', () => step(-1));
-on_click('redo', () => step(1));
+on_click('undo', () => step_history(-1));
+on_click('redo', () => step_history(1));
 addEventListener('keydown', (event) => {
   if (!(event.ctrlKey || event.metaKey)) return;
   const by = {z: event.shiftKey ? 1 : -1, y: 1}[event.key.toLowerCase()];
   if (!by) return;
   event.preventDefault();
-  step(by);
+  step_history(by);
 });
 on_click('save_fabric', async () => {
   const name = file_name(), bytes = await made_bytes();
@@ -152,7 +155,7 @@ on_click('save_fabric', async () => {
 });
 on_click('save_garment', async () => {
   const name = file_name(), bytes = await made_bytes();
-  if (bytes) save(new Blob([await garment.save(bytes, name)], {type: 'model/gltf-binary'}), `${garment.name}.${name}.glb`);
+  if (bytes) save(new Blob([await garment.dressed_glb(bytes, name)], {type: 'model/gltf-binary'}), `${garment.name}.${name}.glb`);
 });
 /** Shows a line that is not about the recipe. */
 const show_message = (line) => by_id('refusal').textContent = line;
@@ -162,13 +165,13 @@ async function open(file) {
   try {
     if (ending === '.exr') await open_fabric(file);
     else if (ending === '.glb') {
-      const remarks = await garment.take(file, stage.cloth);
+      const remarks = await garment.open_file(file, stage.cloth);
       show_message(remarks.join('; '));
       show_parts();
       by_id('parts').parentElement.open = true;
     } else if (['.txt', '.wif', '.json'].includes(ending)) {
       if (file.size > TEXT) throw new Error(`has ${file.size} bytes, a chart or draft here has at most ${TEXT}`);
-      change({stitch: file.name, text: (await file.text()).replaceAll('\r\n', '\n'), set: {}});
+      set_recipe({stitch: file.name, text: (await file.text()).replaceAll('\r\n', '\n'), set: {}});
     } else throw new Error('is no fabric (.exr), garment (.glb), chart (.txt), draft (.wif) or description (.json)');
   } catch ({message}) {
     show_message(`${file.name}: ${message}`);
@@ -181,7 +184,7 @@ async function open_fabric(file) {
   const {issue, recipe: found} = fabric;
   fabric.dispose();
   if (issue) throw new Error(`${issue.place ? `${issue.place}: ` : ''}${issue.message} [${issue.code}]`);
-  edit_again(found);
+  set_recipe_of_fabric(found);
 }
 /** Checkboxes of the materials of the garment that can wear the cloth. */
 function show_parts() {
@@ -203,10 +206,10 @@ addEventListener('drop', async (event) => {
 on_click('save_picture', async () => save(await view.picture(), `${file_name()}.png`));
 on_click('copy', async () => {
   by_id('command').select();
-  await navigator.clipboard?.writeText(command()).catch(() => {});
+  await navigator.clipboard?.writeText(command_line()).catch(() => {});
 });
-const editor = new TextEditor((text) => change({...recipe, text}));
-when_taken((is_other, makes = true) => {
+const editor = new TextEditor((text) => set_recipe({...recipe, text}));
+on_recipe_change((is_other, makes = true) => {
   if (is_other) build_fields();
   show_recipe();
   if (makes) making = make();
@@ -216,9 +219,9 @@ show_recipe();
 view.started.then(async () => {
   garment = new GarmentEditor(view);
   [{fabric: stage.cloth}] = view.materials;
-  await garment.fit(stage.garments[0], stage.cloth);
-  stage.variant_changed = async () => {
-    await garment.fit(stage.garments[0], stage.cloth);
+  await garment.fit_cloth(stage.garments[0], stage.cloth);
+  stage.on_variant_change = async () => {
+    await garment.fit_cloth(stage.garments[0], stage.cloth);
     show_parts();
   };
   show_parts();
@@ -226,7 +229,7 @@ view.started.then(async () => {
   if (bytes && state.bytes === null && !state.making) show_sheet(stage.cloth, state.bytes = bytes);
   last_fabric = state.bytes;
   fabrics = [stage.cloth];
-  if (!is_start()) making = make();
+  if (!is_start_recipe()) making = make();
   else if (!state.making) maker.ask({recipe, whole: false});
 });
 view.design = {state, recipe: () => recipe, open};

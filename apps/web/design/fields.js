@@ -1,6 +1,6 @@
 // The controls of the parameters of a stitch.
 import {element} from './element.js';
-import {colours, default_of, is_colour, is_kind, kinds, parameters, recipe, set} from './recipe.js';
+import {colour_parameters, default_text, is_colour_parameter, is_yarn_kind, kinds, parameters, recipe, set_parameter} from './recipe.js';
 
 /** Parameters are in the first group whose pattern their name has. */
 const GROUPS = [
@@ -15,7 +15,7 @@ const SLIDER = 100;
 const rows = new Map(), panel = document.getElementById('groups');
 
 function kind_buttons(name) {
-  const buttons = kinds.map((kind) => element('button', {textContent: kind, onclick: () => set(name, kind)}));
+  const buttons = kinds.map((kind) => element('button', {textContent: kind, onclick: () => set_parameter(name, kind)}));
   return {
     field: element('div', {className: 'kinds', role: 'group', ariaLabel: name.replaceAll('_', ' ')}, ...buttons),
     show: (value) => buttons.forEach((button) => button.ariaPressed = String(button.textContent === value)),
@@ -23,7 +23,7 @@ function kind_buttons(name) {
 }
 function number_fields({name, range: [min, max]}, id, help) {
   const has_slider = max - min <= SLIDER;
-  const take = (text) => set(name, text === '' || !Number.isFinite(Number(text)) ? null : Number(text));
+  const take = (text) => set_parameter(name, text === '' || !Number.isFinite(Number(text)) ? null : Number(text));
   const field = element('input', {id, type: 'text', inputMode: 'decimal', onchange: () => take(field.value)});
   const step = max - min <= 1 ? 0.01 : max - min <= 10 ? 0.1 : 1, ariaLabel = `${name.replaceAll('_', ' ')}, slider`;
   const slider = has_slider && element('input', {
@@ -45,11 +45,11 @@ function number_fields({name, range: [min, max]}, id, help) {
   };
 }
 function colour_field({name}, id, help) {
-  const field = element('input', {id, type: 'color', onchange: () => set(name, field.value)});
+  const field = element('input', {id, type: 'color', onchange: () => set_parameter(name, field.value)});
   const hex = element('input', {className: 'hex', maxLength: 7, spellcheck: false, ariaLabel: `${title_of(name)}, #rrggbb`, onfocus: () => hex.select()});
   hex.addEventListener('change', () => {
     const [, digits] = hex.value.match(/^\s*#?([\da-f]{6})\s*$/i) ?? [];
-    set(name, digits ? `#${digits.toLowerCase()}` : null);
+    set_parameter(name, digits ? `#${digits.toLowerCase()}` : null);
     show_values();
   });
   field.setAttribute('aria-describedby', help);
@@ -58,25 +58,25 @@ function colour_field({name}, id, help) {
 /** How people call a parameter. */
 function title_of(name) {
   const title = name.replace(/_mm$|_degrees$/, '').replace('albedo', 'colour').replaceAll('_', ' ');
-  return colours().length < 2 ? title : name === 'albedo' ? 'first colour' : name === 'colour' ? 'colour of all' : title;
+  return colour_parameters().length < 2 ? title : name === 'albedo' ? 'first colour' : name === 'colour' ? 'colour of all' : title;
 }
 /** A row: name, field, unit, reset, slider, a line of help and of refusal. */
 function row_of(parameter) {
   const {name, meaning, range} = parameter, id = `set_${name}`, help = `help_${name}`;
   const unit = UNITS.find(([pattern]) => pattern.test(name))?.[1] ?? '', title = title_of(name);
-  const {field, slider, hex, show} = is_kind(parameter) ? kind_buttons(name) :
-      is_colour(parameter) ? colour_field(parameter, id, help) : number_fields(parameter, id, help);
-  const reset = element('button', {className: 'reset', textContent: '↺', ariaLabel: `Reset ${title}`, title: 'Reset', onclick: () => set(name, null)});
+  const {field, slider, hex, show} = is_yarn_kind(parameter) ? kind_buttons(name) :
+      is_colour_parameter(parameter) ? colour_field(parameter, id, help) : number_fields(parameter, id, help);
+  const reset = element('button', {className: 'reset', textContent: '↺', ariaLabel: `Reset ${title}`, title: 'Reset', onclick: () => set_parameter(name, null)});
   const refusal = element('p', {className: 'refusal', role: 'alert'});
-  const label = element(is_kind(parameter) ? 'span' : 'label', {textContent: title, htmlFor: id});
-  const ends = is_kind(parameter) || is_colour(parameter) ? '' : ` (${range.map((x) => Number(x.toPrecision(4))).join(' to ')})`;
-  const parts = is_kind(parameter) ? [label, reset, field] : [label, field, hex ?? element('span', {className: 'unit', textContent: unit}), reset];
-  const text = meaning.replace(is_kind(parameter) ? /:.*/ : /:? ?#rrggbb.*/, '');
+  const label = element(is_yarn_kind(parameter) ? 'span' : 'label', {textContent: title, htmlFor: id});
+  const ends = is_yarn_kind(parameter) || is_colour_parameter(parameter) ? '' : ` (${range.map((x) => Number(x.toPrecision(4))).join(' to ')})`;
+  const parts = is_yarn_kind(parameter) ? [label, reset, field] : [label, field, hex ?? element('span', {className: 'unit', textContent: unit}), reset];
+  const text = meaning.replace(is_yarn_kind(parameter) ? /:.*/ : /:? ?#rrggbb.*/, '');
   const small = element('small', {id: help, textContent: text + ends});
   return {
     refusal, show: () => {
       reset.disabled = !(name in recipe.set);
-      show(recipe.set[name], default_of(parameter));
+      show(recipe.set[name], default_text(parameter));
     },
     row: element('div', {className: 'row'}, ...parts, ...slider ? [slider] : [], small, refusal),
   };

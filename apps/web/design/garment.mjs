@@ -1,7 +1,8 @@
 // Garments as .glb files: read, dressed in a fabric that they embed, and written (spec/SELVEDGE_materials_fabric).
 import {tint_towards} from '../../../viewer/web/page/tint.js';
 
-export const NAME = 'SELVEDGE_materials_fabric', TRANSFORM = 'KHR_texture_transform', EMISSION = 'KHR_materials_emissive_strength';
+export const EXTENSION = 'SELVEDGE_materials_fabric';
+const TRANSFORM = 'KHR_texture_transform', EMISSION = 'KHR_materials_emissive_strength';
 const GLB = 0x46546c67, JSON_CHUNK = 0x4e4f534a, BIN_CHUNK = 0x004e4942;
 const padded = (length) => (length + 3) & ~3;
 
@@ -34,9 +35,9 @@ export function write_glb({json, bin}) {
   return bytes;
 }
 /** The fabric that a material wears: { bytes, reference }; null without one, or where it is a file of its own. */
-export function fabric_of({json, bin}, material) {
-  const reference = json.materials?.[material]?.extensions?.[NAME]?.fabric;
-  const {byteOffset = 0, byteLength, buffer} = json.bufferViews?.[json.extensions?.[NAME]?.fabrics?.[reference?.index]?.bufferView] ?? {};
+export function embedded_fabric({json, bin}, material) {
+  const reference = json.materials?.[material]?.extensions?.[EXTENSION]?.fabric;
+  const {byteOffset = 0, byteLength, buffer} = json.bufferViews?.[json.extensions?.[EXTENSION]?.fabrics?.[reference?.index]?.bufferView] ?? {};
   return buffer === 0 ? {bytes: bin.slice(byteOffset, byteOffset + byteLength), reference} : null;
 }
 /** Puts bytes into a document: in place of a view's, or in a new view; its number. Other bytes that nothing holds go. */
@@ -65,14 +66,14 @@ function with_bytes(document, bytes, number) {
   return number;
 }
 /** The colour of a material whose picture tints its cloth; else null. */
-export function print_of({extensions, pbrMetallicRoughness: {baseColorTexture, baseColorFactor = [1, 1, 1]} = {}}) {
+export function print_colour({extensions, pbrMetallicRoughness: {baseColorTexture, baseColorFactor = [1, 1, 1]} = {}}) {
   const is_colour = Array.isArray(baseColorFactor) && baseColorFactor.length > 2 && baseColorFactor.every(Number.isFinite);
-  return !extensions?.[NAME] && baseColorTexture && !(baseColorTexture.texCoord > 1) ? is_colour ? baseColorFactor : [1, 1, 1] : null;
+  return !extensions?.[EXTENSION] && baseColorTexture && !(baseColorTexture.texCoord > 1) ? is_colour ? baseColorFactor : [1, 1, 1] : null;
 }
 /** The members beside `fabric` that a garment brings to a cloth of mean `albedo`: its own once dressed, else its normals, print and mask. */
-export function parts_of(material, albedo) {
-  const {extensions, normalTexture, alphaMode, alphaCutoff, pbrMetallicRoughness: {baseColorTexture} = {}} = material, print = print_of(material);
-  if (extensions?.[NAME]) return extensions[NAME];
+export function kept_members(material, albedo) {
+  const {extensions, normalTexture, alphaMode, alphaCutoff, pbrMetallicRoughness: {baseColorTexture} = {}} = material, print = print_colour(material);
+  if (extensions?.[EXTENSION]) return extensions[EXTENSION];
   const is_cut = alphaMode === 'MASK' && baseColorTexture;
   return {
     ...normalTexture && {normalTexture}, ...print && {tintTexture: baseColorTexture, tintFactor: tint_towards(print, albedo)},
@@ -86,26 +87,26 @@ const at_most_one = (colour) => colour.map((c) => Math.min(c, 1));
  * fallback, has_holes, picture }: a fabric file, its fallback, and a PNG of it. `lays`: by material { scale, offset, rotation,
  * uv_set, tint }, of each that wears it; `tint`: in place of its own.
  */
-export function dressed({json: undressed, bin}, {bytes, name, fallback, has_holes, picture}, lays) {
+export function dress_garment({json: undressed, bin}, {bytes, name, fallback, has_holes, picture}, lays) {
   const json = structuredClone(undressed), document = {json, bin}, used = new Set(json.extensionsUsed);
-  const old = (json.extensions?.[NAME]?.fabrics ?? []).map(({bufferView}) => bufferView).filter((view) => view !== undefined);
+  const old = (json.extensions?.[EXTENSION]?.fabrics ?? []).map(({bufferView}) => bufferView).filter((view) => view !== undefined);
   // A garment that was dressed: its fabric goes, and the picture of it.
   const image = (json.images ?? []).findIndex((one) => one.name === 'fabric base colour');
   const fabric = {bufferView: with_bytes(document, bytes, old.length === 1 ? old[0] : undefined), mimeType: 'image/x-exr', name};
-  json.extensions = {...json.extensions, [NAME]: {fabrics: [fabric]}};
+  json.extensions = {...json.extensions, [EXTENSION]: {fabrics: [fabric]}};
   const png = {bufferView: with_bytes(document, picture, json.images?.[image]?.bufferView), mimeType: 'image/png', name: 'fabric base colour'};
   const push = (list, value) => (json[list] ??= []).push(value) - 1;
   const source = image < 0 ? push('images', png) : image;
   json.images[source] = png;
   const sampler = push('samplers', {magFilter: 9729, minFilter: 9987, wrapS: 10497, wrapT: 10497}), texture = push('textures', {sampler, source});
   for (const [number, material] of (json.materials ?? []).entries()) {
-    const lay = lays.get(number), {[NAME]: was, ...extensions} = material.extensions ?? {};
+    const lay = lays.get(number), {[EXTENSION]: was, ...extensions} = material.extensions ?? {};
     if (!lay) {
       if (was) material.extensions = extensions;
       continue;
     }
     const {scale, offset = [0, 0], rotation = 0, uv_set = 0, tint: other} = lay;
-    const {fabric: _, ...parts} = {...parts_of(material, fallback.albedo ?? [1, 1, 1]), ...other && {tintFactor: other}};
+    const {fabric: _, ...parts} = {...kept_members(material, fallback.albedo ?? [1, 1, 1]), ...other && {tintFactor: other}};
     const info = (index) => ({index, ...uv_set && {texCoord: uv_set}, extensions: {[TRANSFORM]: {scale, ...offset.some(Boolean) && {offset}, ...rotation && {rotation}}}});
     const own = parts.tintTexture ?? parts.maskTexture, {baseColor = [0.5, 0.5, 0.5], sheenColor, sheenRoughness, transmission, transmissionColor} = fallback;
     const tint = parts.tintFactor ?? [1, 1, 1], factor = own ? baseColor.map((c, k) => c * tint[k]) : tint;
@@ -118,7 +119,7 @@ export function dressed({json: undressed, bin}, {bytes, name, fallback, has_hole
     material.doubleSided = true;
     material.extensions = {
       ...Object.fromEntries(Object.entries(extensions).filter(([key]) => !key.startsWith('KHR_materials_') || key === EMISSION)),
-      [NAME]: {...parts, fabric: info(0)},
+      [EXTENSION]: {...parts, fabric: info(0)},
       KHR_materials_specular: {specularFactor: 0},
       ...transmission > 0 && {KHR_materials_diffuse_transmission: {diffuseTransmissionFactor: transmission, diffuseTransmissionColorFactor: tinted(transmissionColor)}},
       ...sheenColor?.some(Boolean) && {KHR_materials_sheen: {sheenColorFactor: tinted(sheenColor), sheenRoughnessFactor: sheenRoughness}},

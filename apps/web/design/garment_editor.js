@@ -1,10 +1,10 @@
 // The garment that the page shows: which of its materials wear the cloth, and how it lies on them.
 import {DoubleSide, Vector3} from 'three';
-import {lay_of} from 'selvedge/page/stage.js';
+import {lay_for_size} from 'selvedge/page/stage.js';
 import {FabricMaterial, LoadedFabric} from 'selvedge/three/index.js';
 import {load_parts} from 'selvedge/three/garment_parts.js';
-import {NAME, dressed, fabric_of, parts_of, print_of, read_glb} from './garment.mjs';
-import {picture_of} from './fabric_file.js';
+import {EXTENSION, dress_garment, embedded_fabric, kept_members, print_colour, read_glb} from './garment.mjs';
+import {preview_png} from './fabric_file.js';
 
 const LARGEST = 128e6, NO_CLOTH = /skin|hair|eye|lash|brow|teeth|tooth|tongue|head|face|hand|body|nail|button|zip|buckle|metal|sole|glass|lens/i;
 /** Cloth whose texture coordinates are missing or stretched more than this, one way against the other, on more than this fraction of its area is laid flat. */
@@ -52,10 +52,10 @@ export class GarmentEditor {
   constructor(view) {
     this.view = view;
     this.stage = view.stage;
-    this.stage.takes = (material) => this.parts.every((part) => part.material !== material || part.wears);
+    this.stage.accepts_cloth = (material) => this.parts.every((part) => part.material !== material || part.wears);
   }
   /** Parts of a garment as it is on the stage, which wear the cloth or may, and remarks, lines. */
-  async fit({scene, parser}, cloth, advice = 'selvedge dress') {
+  async fit_cloth({scene, parser}, cloth, advice = 'selvedge dress') {
     const parts = new Map(), remarks = [];
     scene.updateMatrixWorld(true);
     scene.traverse((mesh) => {
@@ -75,9 +75,9 @@ export class GarmentEditor {
       if (!part.is_usable) remarks.push(`${part.name} needs new texture coordinates: ${advice} makes them`);
       else if (is_dressed && !own.fabric?.mm_per_repeat) own.metres ??= metres;
       else if (part.material === own && !is_dressed) {
-        const definition = parser.json.materials[part.index], more = await load_parts(parser, parts_of(definition, cloth.albedo));
-        part.material = new FabricMaterial({fallback: own, fabric: cloth, lay: lay_of(metres, cloth.mm_per_repeat), keeps_opacity: cloth.has_holes, parts: more});
-        part.material.userData.print = print_of(definition);
+        const definition = parser.json.materials[part.index], more = await load_parts(parser, kept_members(definition, cloth.albedo));
+        part.material = new FabricMaterial({fallback: own, fabric: cloth, lay: lay_for_size(metres, cloth.mm_per_repeat), keeps_opacity: cloth.has_holes, parts: more});
+        part.material.userData.print = print_colour(definition);
         part.material.side = DoubleSide;
         this.#known.set(part.material, part);
       }
@@ -95,41 +95,41 @@ export class GarmentEditor {
     part.wears = wears;
     this.#put_on(part);
     if (!wears) this.view.reflect();
-    this.stage.show();
+    this.stage.show_view();
   }
   /** Takes a garment from a .glb file in the cloth; remarks, lines. Throws an Error of one line, and the garment before stays. */
-  async take(file, cloth) {
+  async open_file(file, cloth) {
     const advice = `selvedge dress '${file.name}' cloth.fabric.exr --all -o dressed.glb`;
     if (file.size > LARGEST) throw new Error(`has ${Math.round(file.size / 1e6)} MB, this page takes ${LARGEST / 1e6} MB: ${advice} dresses it`);
     const bytes = new Uint8Array(await file.arrayBuffer()), glb = read_glb(bytes);
     const {scene, parser} = await this.view.loader.parseAsync(bytes.buffer, '').catch(({message}) => {
       throw new Error(`${message.replace('THREE.GLTFLoader: ', '')} (${advice} may read it)`);
     });
-    const remarks = await this.fit({scene, parser}, cloth, advice), [before] = this.stage.garments.splice(0, 1, {scene, parser, dataset: {}});
+    const remarks = await this.fit_cloth({scene, parser}, cloth, advice), [before] = this.stage.garments.splice(0, 1, {scene, parser, dataset: {}});
     before.scene.traverse(({geometry}) => geometry?.dispose());
     this.#glb = glb;
     this.name = file.name.replace(/\.glb$/i, '');
-    if (this.stage.shows === 'swatch') this.stage.shows = 'both';
-    this.stage.start();
+    if (this.stage.shown_view === 'swatch') this.stage.shown_view = 'both';
+    this.stage.show_all();
     return remarks;
   }
   #read = async () => this.#glb ??= read_glb(new Uint8Array(await this.view.bytes_of(this.stage.garments[0].element)));
   /** The bytes of the garment in a cloth, a .glb file. */
-  async save(bytes, name) {
+  async dressed_glb(bytes, name) {
     const fabric = new LoadedFabric(bytes.slice().buffer, name), [{parser}] = this.stage.garments;
     await fabric.settled;
     const {fallback, has_holes, mm_per_repeat: mm} = fabric, worn = new Map(this.parts.map(({index, material, wears}) => [index, wears && material]));
     fabric.dispose();
     // Variants that are not seen wear it, too.
     for (const [index, {extensions}] of parser.json.materials.entries())
-      if (extensions?.[NAME] && !worn.has(index)) worn.set(index, await parser.getDependency('material', index));
+      if (extensions?.[EXTENSION] && !worn.has(index)) worn.set(index, await parser.getDependency('material', index));
     const lays = new Map();
     for (const [index, material] of worn) {
       await material?.fabric?.settled;
-      if (material.isFabricMaterial) lays.set(index, {...material.lay_for(mm), tint: this.stage.colour && material.parts.tint});
+      if (material.isFabricMaterial) lays.set(index, {...material.lay_of_repeat(mm), tint: this.stage.tint_colour && material.parts.tint});
     }
-    return dressed(await this.#read(), {bytes, name, fallback, has_holes, picture: await picture_of(bytes, fabric)}, lays);
+    return dress_garment(await this.#read(), {bytes, name, fallback, has_holes, picture: await preview_png(bytes, fabric)}, lays);
   }
   /** The bytes of the fabric that the page began with. */
-  first_fabric = async () => fabric_of(await this.#read(), this.parts[0].index)?.bytes ?? null;
+  first_fabric = async () => embedded_fabric(await this.#read(), this.parts[0].index)?.bytes ?? null;
 }

@@ -1,11 +1,11 @@
 // The recipe of the cloth, a stitch with its settings: what it may be, its changes, and the command that makes the same.
-import {srgb} from './fabric_file.js';
+import {linear_to_srgb} from './fabric_file.js';
 
 const {first, described, kinds, stitches: list} = JSON.parse(document.getElementById('recipes').textContent);
 /** Recipes that the list offers: built-in stitches, and texts with the remarks that they begin with. */
-export const offers = list.map(({stitch, description}) => ({stitch, description}));
+export const offered_recipes = list.map(({stitch, description}) => ({stitch, description}));
 for (const [stitch, text] of Object.entries(JSON.parse(document.getElementById('samples').textContent)))
-  offers.push({stitch, text, description: text.match(/^([#;].*\n)+/)?.[0].replace(/^[#;]\s*/gm, '').replaceAll('\n', ' ') ?? ''});
+  offered_recipes.push({stitch, text, description: text.match(/^([#;].*\n)+/)?.[0].replace(/^[#;]\s*/gm, '').replaceAll('\n', ' ') ?? ''});
 /** Stitches with their parameters: built in, and texts once the module has described theirs. */
 const stitches = new Map([...list, described].map((stitch) => [stitch.stitch, stitch]));
 const STORE = `selvedge design ${location.pathname}`;
@@ -25,34 +25,34 @@ const history = [JSON.stringify(recipe)];
 let now = 0, taken = () => {};
 
 /** Calls taken(is_other) when the recipe changes; `is_other`: it has other parameters. */
-export const when_taken = (call) => taken = call;
+export const on_recipe_change = (call) => taken = call;
 function take(next, is_other = next.stitch !== recipe.stitch) {
   recipe = next;
   try_or_null(() => localStorage.setItem(STORE, JSON.stringify(recipe)));
   taken(is_other);
 }
 /** Takes another recipe, which can be undone. */
-export function change(next) {
+export function set_recipe(next) {
   if (JSON.stringify(next) === history[now]) return;
   history.splice(++now, Infinity, JSON.stringify(next));
   take(next);
 }
-export const can_step = (by) => history[now + by] !== undefined;
-export const step = (by) => can_step(by) && take(JSON.parse(history[now += by]));
-export const is_start = () => JSON.stringify(recipe) === JSON.stringify(start);
+export const can_step_history = (by) => history[now + by] !== undefined;
+export const step_history = (by) => can_step_history(by) && take(JSON.parse(history[now += by]));
+export const is_start_recipe = () => JSON.stringify(recipe) === JSON.stringify(start);
 /** Gives a parameter a value; null: its default. */
-export function set(name, value) {
+export function set_parameter(name, value) {
   const {[name]: before, ...rest} = recipe.set;
-  change({...recipe, set: value === null ? rest : {...rest, [name]: value}});
+  set_recipe({...recipe, set: value === null ? rest : {...rest, [name]: value}});
 }
 /** The settings that another stitch has, too; `known`: names, where its parameters are not known; without those `left_out`. */
 function settings_of(stitch, known, left_out = /^$/) {
   const names = stitches.get(stitch)?.parameters.map(({name}) => name) ?? known;
   return Object.fromEntries(Object.entries(recipe.set).filter(([name]) => names.includes(name) && !left_out.test(name)));
 }
-export const choose = ({stitch, text}) => change({stitch, ...text !== undefined && {text}, set: settings_of(stitch, ['yarn'], /colour$|albedo$/)});
+export const choose_stitch = ({stitch, text}) => set_recipe({stitch, ...text !== undefined && {text}, set: settings_of(stitch, ['yarn'], /colour$|albedo$/)});
 /** Takes the parameters of a text's stitch. Settings that it lacks are left out; whether it has others than were known. */
-export function describe(stitch) {
+export function set_description(stitch) {
   if (JSON.stringify(stitches.get(stitch.stitch)) === JSON.stringify(stitch)) return;
   stitches.set(stitch.stitch, stitch);
   const left = settings_of(recipe.stitch), is_less = Object.keys(left).length < Object.keys(recipe.set).length;
@@ -61,33 +61,33 @@ export function describe(stitch) {
   take(JSON.parse(history[now]), true);
 }
 /** Takes the recipe that a fabric says it was made by. */
-export function edit_again(found) {
+export function set_recipe_of_fabric(found) {
   if (typeof found?.stitch !== 'string') throw new Error('has no recipe by which it can be edited');
   if (found.text === undefined && !stitches.get(found.stitch)?.description)
     throw new Error(`its recipe names ${found.stitch} without its text`);
   const set = Object.fromEntries(Object.entries(found.set ?? {}).map(([name, value]) => [name, Array.isArray(value) ? value.join(',') : value]));
-  change({...found, set});
+  set_recipe({...found, set});
 }
 
-export const is_colour = ({value}) => value.length === 3, is_kind = ({name}) => name.endsWith('yarn');
+export const is_colour_parameter = ({value}) => value.length === 3, is_yarn_kind = ({name}) => name.endsWith('yarn');
 const all_parameters = () => stitches.get(recipe.stitch)?.parameters ?? [];
 /** The colours of a stitch's yarns; where it has one yarn, the colour of all is the same and stands for it. */
-export const colours = () => all_parameters().filter(({name}) => name.endsWith('albedo'));
-export const parameters = () => all_parameters().filter(({name}) => name !== 'albedo' || colours().length > 1);
-const hex_of = (linear) => '#' + linear.map((x) => Math.round(255 * srgb(x)).toString(16).padStart(2, '0')).join('');
+export const colour_parameters = () => all_parameters().filter(({name}) => name.endsWith('albedo'));
+export const parameters = () => all_parameters().filter(({name}) => name !== 'albedo' || colour_parameters().length > 1);
+const hex_of = (linear) => '#' + linear.map((x) => Math.round(255 * linear_to_srgb(x)).toString(16).padStart(2, '0')).join('');
 /** A default as text; empty where it follows the kind of yarn, which is set. */
-export function default_of(parameter) {
+export function default_text(parameter) {
   const {name, value: [value], byKind: by_kind} = parameter;
-  if (is_kind(parameter)) return kinds[value];
-  if (name === 'colour') return hex_of(colours()[0]?.value ?? parameter.value);
-  if (is_colour(parameter)) return recipe.set.colour ?? hex_of(parameter.value);
+  if (is_yarn_kind(parameter)) return kinds[value];
+  if (name === 'colour') return hex_of(colour_parameters()[0]?.value ?? parameter.value);
+  if (is_colour_parameter(parameter)) return recipe.set.colour ?? hex_of(parameter.value);
   const follows = by_kind && Object.keys(recipe.set).some((set) => set.endsWith('yarn'));
   return follows ? '' : String(Number(value.toPrecision(4)));
 }
 /** The name of the files of a cloth. */
 export const file_name = () => recipe.stitch.replace(/\.\w+$/, '');
 /** The words of `selvedge make` that make this cloth, after the text that it is made of. */
-export function command() {
+export function command_line() {
   const quoted = (word) => /^[\w.,=+-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
   const {stitch, text, set, ...options} = recipe, words = Object.entries(set).flatMap(([name, value]) => ['--set', `${name}=${value}`]);
   for (const [name, value] of Object.entries(options)) words.push(`--${name}`, String(value));

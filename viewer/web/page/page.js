@@ -284,7 +284,7 @@ async function start() {
   }
   for (const element of document.querySelectorAll('script[data-fabric]')) stage.fabrics.push(new LoadedFabric(await bytes_of(element), element.dataset.fabric));
   if (stage.garments.length === 0) await Promise.all(stage.fabrics.map(({settled}) => settled));
-  stage.start();
+  stage.show_all();
   await compile();
   moved();
   progress({});

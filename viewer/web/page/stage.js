@@ -16,7 +16,7 @@ function fill(menu, first, options) {
   by_id(menu).replaceChildren(new Option(first, ''), ...options);
 }
 /** The lay of a repeat (mm) on a surface by the length (m) of its unit of texture coordinates. */
-export const lay_of = (metres, mm) => ({...plain_lay, scale: metres.map((size, k) => 1000 * size / (mm ?? REPEAT)[k])});
+export const lay_for_size = (metres, mm) => ({...plain_lay, scale: metres.map((size, k) => 1000 * size / (mm ?? REPEAT)[k])});
 
 export class Stage {
   /** What stands on the stage. */
@@ -27,38 +27,38 @@ export class Stage {
   fabrics = [];
   /** The fabric, and its linear colour, that all wear in place of their own; null: none. */
   cloth = null;
-  colour = null;
-  shows = 'garment';
+  tint_colour = null;
+  shown_view = 'garment';
   swatches = new Group();
   /** Whether a material takes the cloth. */
-  takes = () => true;
+  accepts_cloth = () => true;
   /** Called when a variant has put on other materials. */
-  variant_changed = () => {};
+  on_variant_change = () => {};
   #own = new WeakMap();
   #plane = new PlaneGeometry(SIDE, SIDE);
 
   /** `view`: { materials, restage(moves), moved() } of the page. */
   constructor(view) {
     this.view = view;
-    by_id('views').addEventListener('click', ({target: {value}}) => value && this.show(value));
+    by_id('views').addEventListener('click', ({target: {value}}) => value && this.show_view(value));
     by_id('variant').addEventListener('change', ({target: {value}}) => this.show_variant(value));
     by_id('fabric').addEventListener('change', async ({target: {value}}) => {
       this.cloth = this.fabrics[value] ?? null;
       await this.cloth?.settled;
-      this.show();
+      this.show_view();
     });
     by_id('tint').addEventListener('input', ({target: {value}}) => {
-      this.colour = value === AS_IT_IS ? null : new Color(value).toArray();
-      this.wear();
+      this.tint_colour = value === AS_IT_IS ? null : new Color(value).toArray();
+      this.put_on_cloth();
     });
   }
   /** Fills the menus, and puts on the stage what there is. */
-  start() {
+  show_all() {
     fill('fabric', this.garments.length > 0 ? 'its own' : 'all', this.fabrics.map(({name}, k) => new Option(name, k)));
     fill('variant', 'as made', [...new Set(this.garments.flatMap(variants_of))].map((name) => new Option(name)));
     by_id('views').hidden = this.garments.length === 0;
     for (const {scene} of this.garments) scene.traverse((mesh) => mesh.isMesh && (mesh.userData.made ??= mesh.material));
-    this.show(this.garments.length > 0 ? this.shows : 'swatch');
+    this.show_view(this.garments.length > 0 ? this.shown_view : 'swatch');
   }
   #own_of(material) {
     const {fabric, parts: {tint}, keeps_opacity, color} = material, known = this.#own.get(material);
@@ -69,7 +69,7 @@ export class Stage {
     if (!this.cloth) for (const {scene} of this.garments) scene.traverse(({material}) => material?.fabric && fabrics.add(this.#own_of(material).fabric));
     const columns = Math.ceil(Math.sqrt(fabrics.size)), count = this.swatches.children.length;
     for (const [k, fabric] of [...fabrics].entries()) {
-      const lay = lay_of([SWATCH, SWATCH], fabric.mm_per_repeat);
+      const lay = lay_for_size([SWATCH, SWATCH], fabric.mm_per_repeat);
       const mesh = this.swatches.children[k] ?? new Mesh(this.#plane, new FabricMaterial({fabric, lay, keeps_opacity: fabric.has_holes}));
       mesh.material.side = DoubleSide;
       mesh.position.set(k % columns * STEP, -Math.floor(k / columns) * STEP, 0);
@@ -81,15 +81,15 @@ export class Stage {
     return count !== fabrics.size;
   }
   /** Puts garments, swatches or both on the stage. */
-  show(what = this.shows) {
-    const {group} = this, lies_otherwise = what !== 'garment' && this.#lay_out(), moves = lies_otherwise || what !== this.shows || group.children.length === 0;
-    this.shows = what;
+  show_view(what = this.shown_view) {
+    const {group} = this, lies_otherwise = what !== 'garment' && this.#lay_out(), moves = lies_otherwise || what !== this.shown_view || group.children.length === 0;
+    this.shown_view = what;
     group.clear();
     if (what !== 'swatch') group.add(...this.garments.map(({scene}) => scene));
     if (what !== 'garment') group.add(this.swatches);
     for (const button of by_id('views').children) button.ariaPressed = String(button.value === what);
     this.view.restage(moves);
-    this.wear();
+    this.put_on_cloth();
   }
   async show_variant(name) {
     for (const garment of this.garments) {
@@ -102,22 +102,22 @@ export class Stage {
         await mesh.material.fabric?.settled;
       }
     }
-    await this.variant_changed();
-    this.show();
+    await this.on_variant_change();
+    this.show_view();
   }
   /** Materials on the stage that wear the cloth. */
-  worn = () => [...this.view.materials].filter(this.takes);
-  wear() {
-    for (const material of this.worn()) {
+  cloth_materials = () => [...this.view.materials].filter(this.accepts_cloth);
+  put_on_cloth() {
+    for (const material of this.cloth_materials()) {
       const own = this.#own_of(material), fabric = this.cloth ?? own.fabric;
       if (material.fabric !== fabric) material.set_fabric(fabric);
-      this.fit(material, fabric);
+      this.fit_material(material, fabric);
     }
     this.view.moved();
   }
   /** Lets a material have the holes and the colour of its fabric. */
-  fit(material, fabric) {
-    const own = this.#own_of(material), colour = this.colour ?? material.userData.print;
+  fit_material(material, fabric) {
+    const own = this.#own_of(material), colour = this.tint_colour ?? material.userData.print;
     const keeps_opacity = fabric === own.fabric && fabric.edition === 0 ? own.keeps_opacity : fabric.has_holes || Boolean(material.parts.mask);
     // A material whose holes open or close is set up again.
     if (material.keeps_opacity !== keeps_opacity) Object.assign(material, {keeps_opacity, shows: 'another'});

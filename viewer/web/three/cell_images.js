@@ -4,14 +4,14 @@ import {
   BufferAttribute, BufferGeometry, DataTexture, EventDispatcher, FloatType, FramebufferTexture, HalfFloatType, LinearFilter, Matrix4, NearestFilter, RGBAFormat, RGIntegerFormat,
   RedFormat, UnsignedByteType, UnsignedShortType, Vector2, Vector3, Vector4
 } from 'three';
-import {ask, listen, send} from '../background.js';
+import {ask_worker, add_listener, send_to_worker} from '../background.js';
 import {TILE_NUMBERS} from '../cells.js';
 import {lights_of, numbers_of_lamp} from './lights.js';
 
 /** Texels of a row of the atlas, of the table, and of the tiles, three texels each. */
-export const WIDTH = 2048, TILES_WIDTH = 1536;
+export const ATLAS_WIDTH = 2048, TILE_TABLE_WIDTH = 1536;
 /** Attributes of a mesh, by which a place finds its entry of the table (cells/module.cpp). */
-export const CHART = ['fabric_chart', 'fabric_chart_size'];
+export const CHART_ATTRIBUTES = ['fabric_chart', 'fabric_chart_size'];
 
 function texture_of(data, width, height, format, type) {
   const texture = new DataTexture(data, width, height, format, type);
@@ -22,7 +22,7 @@ function texture_of(data, width, height, format, type) {
 }
 /** A texture that tiles are written into: three.js gives such ones memory alone. */
 const atlas_of = (format, type, filter) =>
-  Object.assign(new FramebufferTexture(WIDTH, 1), {format, type, minFilter: filter, magFilter: filter});
+  Object.assign(new FramebufferTexture(ATLAS_WIDTH, 1), {format, type, minFilter: filter, magFilter: filter});
 
 /** Coordinates beyond are refused, m or repeats. */
 const FARTHEST = 1e9;
@@ -39,7 +39,7 @@ function own_geometry(geometry) {
   own.copy({...geometry, index: null, attributes: {}, morphAttributes: {}});
   Object.assign(own, {index: geometry.index?.clone() ?? null, morphAttributes: geometry.morphAttributes});
   for (const [name, attribute] of Object.entries(geometry.attributes))
-    if (!name.startsWith(CHART[0])) own.setAttribute(name, attribute);
+    if (!name.startsWith(CHART_ATTRIBUTES[0])) own.setAttribute(name, attribute);
   return own;
 }
 
@@ -104,10 +104,10 @@ class CellImages extends EventDispatcher {
     this.uniforms = {
       cell_atlas: {value: atlas_of(RGBAFormat, HalfFloatType, LinearFilter)},
       cell_heights: {value: atlas_of(RedFormat, UnsignedByteType, NearestFilter)},
-      cell_table: {value: texture_of(new Uint16Array(2 * WIDTH), WIDTH, 1, RGIntegerFormat, UnsignedShortType)},
-      cell_tiles: {value: texture_of(new Float32Array(4 * TILES_WIDTH), TILES_WIDTH, 1, RGBAFormat, FloatType)},
+      cell_table: {value: texture_of(new Uint16Array(2 * ATLAS_WIDTH), ATLAS_WIDTH, 1, RGIntegerFormat, UnsignedShortType)},
+      cell_tiles: {value: texture_of(new Float32Array(4 * TILE_TABLE_WIDTH), TILE_TABLE_WIDTH, 1, RGBAFormat, FloatType)},
     };
-    listen((message) => this.#take(message));
+    add_listener((message) => this.#take(message));
   }
 
   /** Lets nothing be at rest until an object is drawn in a fabric that is loading, for which a frame is asked then. */
@@ -148,8 +148,8 @@ class CellImages extends EventDispatcher {
     if (!all.has(key)) {
       const taken = new Set([...all.values()].map(({names}) => names[0]));
       let k = 0;
-      while (taken.has(CHART[0] + (k || ''))) ++k;
-      const asked = this.#ask(object, geometry, material, CHART.map((name) => name + (k || '')));
+      while (taken.has(CHART_ATTRIBUTES[0] + (k || ''))) ++k;
+      const asked = this.#ask_worker(object, geometry, material, CHART_ATTRIBUTES.map((name) => name + (k || '')));
       all.set(key, asked);
       asked.is_known = () => this.#garments.get(geometry)?.all.get(key) === asked;
     }
@@ -168,9 +168,9 @@ class CellImages extends EventDispatcher {
     for (const name of names) geometry.deleteAttribute(name);
     if (number === null) return;
     this.#of_number.delete(number);
-    send({kind: 'remove', garment: number});
+    send_to_worker({kind: 'remove', garment: number});
   }
-  #ask(object, geometry, {fabric, lay, matrix}, names) {
+  #ask_worker(object, geometry, {fabric, lay, matrix}, names) {
     // glTF has flat normals then, for which the shader needs none.
     if (geometry.attributes.position && !geometry.attributes.normal) geometry.computeVertexNormals();
     const garment = {
@@ -200,8 +200,8 @@ class CellImages extends EventDispatcher {
       if (corners.some((i) => i >= count)) throw new Error('a triangle has a vertex that is not there');
       if (fabric.number === null) throw new Error('the fabric is gone');
       const {number, charts, beyond} =
-        await ask({kind: 'garment', fabric: fabric.number, vertices, corners}, [vertices.buffer, corners.buffer]);
-      if (!garment.is_known()) return send({kind: 'remove', garment: number});
+        await ask_worker({kind: 'garment', fabric: fabric.number, vertices, corners}, [vertices.buffer, corners.buffer]);
+      if (!garment.is_known()) return send_to_worker({kind: 'remove', garment: number});
       const [chart, chart_size] = [new Float32Array(4 * count), new Float32Array(2 * count)];
       for (let i = 0; i < count; ++i) {
         for (let k = 0; k < 4; ++k) chart[4 * i + k] = charts[6 * i + k];
@@ -285,17 +285,17 @@ class CellImages extends EventDispatcher {
       other.toArray(shape, 6 * i + 3);
     }
     if (!shape.every((x) => Math.abs(x) < FARTHEST)) return false;
-    send({kind: 'pose', garment: garment.number, shape}, [shape.buffer]);
+    send_to_worker({kind: 'pose', garment: garment.number, shape}, [shape.buffer]);
     return true;
   }
-  #send_view = ({number, view}) => number !== null && view && send({kind: 'view', garment: number, ...view});
+  #send_view = ({number, view}) => number !== null && view && send_to_worker({kind: 'view', garment: number, ...view});
 
   #take({kind, message, rows, garment: number, first, entries, tiles, missing, wanted, uploads, at_rest, serial, edition}) {
     if (kind === 'end') {
       for (const garment of this.#of_number.values()) {
         garment.state = 'ended';
         refuse(garment.object, `GRAPHICS_UNAVAILABLE: ${message}`);
-        for (const material of garment.materials) material.update_fabric();
+        for (const material of garment.materials) material.select_fabric_or_fallback();
       }
       this.#of_number.clear();
       return this.dispatchEvent({type: 'change', at_rest: true});
@@ -314,8 +314,8 @@ class CellImages extends EventDispatcher {
       uniform.value = texture_of(more, width, rows, format, type);
       return more;
     };
-    grown(cell_table, 2 * first + entries.length, WIDTH, Uint16Array, 2, RGIntegerFormat, UnsignedShortType).set(entries, 2 * first);
-    grown(cell_tiles, tiles.length, TILES_WIDTH, Float32Array, 4, RGBAFormat, FloatType).set(tiles);
+    grown(cell_table, 2 * first + entries.length, ATLAS_WIDTH, Uint16Array, 2, RGIntegerFormat, UnsignedShortType).set(entries, 2 * first);
+    grown(cell_tiles, tiles.length, TILE_TABLE_WIDTH, Float32Array, 4, RGBAFormat, FloatType).set(tiles);
     cell_table.value.needsUpdate = cell_tiles.value.needsUpdate = true;
     this.#has_uploads = true;
     const atlases = [this.uniforms.cell_atlas.value, this.uniforms.cell_heights.value];
@@ -350,7 +350,7 @@ class CellImages extends EventDispatcher {
     if (garment.state === 'waiting' && ((missing === 0 && wanted > 0) || at_rest)) {
       garment.state = 'shown';
       garment.names.forEach((name, i) => garment.geometry.setAttribute(name, garment.attributes[i]));
-      for (const material of garment.materials) material.update_fabric();
+      for (const material of garment.materials) material.select_fabric_or_fallback();
     }
     this.#tell();
   }
@@ -360,7 +360,7 @@ class CellImages extends EventDispatcher {
    */
   replace(fabric, {number: by, has_yarn, has_holes, albedo, variation, levels, recipe}) {
     Object.assign(fabric, {edition: fabric.edition + 1, coming: {has_yarn, has_holes, albedo, variation, levels, recipe}});
-    send({kind: 'replace', fabric: fabric.number, by, edition: fabric.edition});
+    send_to_worker({kind: 'replace', fabric: fabric.number, by, edition: fabric.edition});
     for (const garment of this.#of_number.values()) if (garment.fabric === fabric) garment.at_rest = false;
   }
   /** Whether all garments show the fabric as it is now. */
@@ -369,7 +369,7 @@ class CellImages extends EventDispatcher {
       (garment) => garment.fabric !== fabric || !garment.view || (garment.state !== 'waiting' && garment.edition === fabric.edition));
   }
   /** Lets images of what rests wait, for what takes their place soon. */
-  hold = (held) => send({kind: 'hold', held});
+  hold = (held) => send_to_worker({kind: 'hold', held});
   #tell = () => this.dispatchEvent({type: 'change', at_rest: this.at_rest()});
   /** Whether all images are as the frames that were drawn last want them. */
   at_rest() {
@@ -383,7 +383,7 @@ class CellImages extends EventDispatcher {
     return all.length > 0 ? all.reduce((sum, {fraction}) => sum + fraction, 0) / all.length : 0;
   }
   #start_again() {
-    send({kind: 'again'});
+    send_to_worker({kind: 'again'});
     for (const garment of this.#of_number.values()) {
       garment.at_rest = false;
       if (garment.view) garment.view.serial = ++this.#views;

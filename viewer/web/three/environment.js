@@ -3,14 +3,14 @@ import {
   Camera, DataUtils, EquirectangularReflectionMapping, EquirectangularRefractionMapping, Euler, FloatType, HalfFloatType, Matrix3, Matrix4, Mesh, PlaneGeometry,
   ShaderMaterial, Vector3, WebGLRenderTarget
 } from 'three';
-import {AROUND_WEIGHTS, MAX_LAMPS, divide} from '../environment.js';
+import {SMOOTH_LIGHT_INTEGRALS, MAX_LAMPS, split_light} from '../environment.js';
 import {lights_of, sum_soft_lights} from './lights.js';
 
 /** From three.js's axes of an environment, the middle column along x, to the axes of environment.js. */
 const FROM_THREE = new Matrix3(0, 0, 1, 0, 1, 0, -1, 0, 0);
 const known = new WeakMap(), rotation = new Matrix4(), no_turn = new Euler();
 
-/** The picture of an equirectangular texture of numbers, for divide(); null of other textures. */
+/** The picture of an equirectangular texture of numbers, for split_light(); null of other textures. */
 function picture_of({mapping, type, flipY, image}) {
   const {data, width, height} = image ?? {};
   if (mapping !== EquirectangularReflectionMapping || !data || width !== 2 * height) return null;
@@ -75,19 +75,19 @@ function picture_drawn(texture, renderer) {
   return picture_of({mapping: EquirectangularReflectionMapping, type: FloatType, flipY: false, image: {data, width, height}});
 }
 
-/** What divide() makes of a texture, found once for each of its versions; null of textures that are no environment, or not loaded. */
+/** What split_light() makes of a texture, found once for each of its versions; null of textures that are no environment, or not loaded. */
 function light_of(texture, renderer) {
   if (texture.version === 0 && !texture.isRenderTargetTexture) return null;
   const last = known.get(texture), version = `${texture.version} ${texture.pmremVersion}`;
   if (last?.version === version) return last.light;
-  const picture = picture_of(texture) ?? picture_drawn(texture, renderer), light = picture && divide(picture);
+  const picture = picture_of(texture) ?? picture_drawn(texture, renderer), light = picture && split_light(picture);
   if (!light) console.warn(`selvedge: the environment "${texture.name}" has the mapping ${texture.mapping}, and lights no fabrics`);
   known.set(texture, {version, light});
   return light;
 }
 
 const vectors = (count) => Array.from({length: count}, () => new Vector3());
-export const around_uniforms = () => ({
+export const environment_uniforms = () => ({
   around_factors: {value: vectors(9)},
   around_brightness: {value: new Matrix3()},
   soft_brightness: {value: new Matrix3()},
@@ -101,7 +101,7 @@ export const around_uniforms = () => ({
 const axis = new Vector3();
 
 /** The same light in the axes of a mesh, as the worker has it (cell_images.js): { around, lamps }. `inverse`: world to mesh. */
-export function around_of_mesh(uniforms, {elements: e}) {
+export function environment_in_mesh_axes(uniforms, {elements: e}) {
   const {around_factors, around_lamp_directions, around_lamp_irradiances, around_lamp_count, around_from_world} = uniforms;
   const axes = [0, 1, 2].flatMap(
     (k) => axis.set(e[k], e[k + 4], e[k + 8]).normalize().applyMatrix3(around_from_world.value).toArray());
@@ -113,10 +113,10 @@ export function around_of_mesh(uniforms, {elements: e}) {
 }
 
 const soft = vectors(9);
-const brightness_of = (factors) => factors.map(({x, y, z}, k) => (x + y + z) / 3 * AROUND_WEIGHTS[k]);
+const brightness_of = (factors) => factors.map(({x, y, z}, k) => (x + y + z) / 3 * SMOOTH_LIGHT_INTEGRALS[k]);
 
 /** Sets the uniforms to what lights a material in a scene from all around; whether anything does. */
-export function set_around(uniforms, material, scene, renderer, camera) {
+export function set_environment_uniforms(uniforms, material, scene, renderer, camera) {
   const texture = material.envMap ?? scene.userData.fabric_environment ?? scene.environment, light = texture ? light_of(texture, renderer) : null;
   const {envMapIntensity, envMapRotation} = material.envMap ? material : {envMapIntensity: scene.environmentIntensity, envMapRotation: scene.environmentRotation};
   const strength = light ? envMapIntensity ?? 1 : 0, lamps = light?.lamps ?? [], {soft: lights} = lights_of(renderer, scene, camera);

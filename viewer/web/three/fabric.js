@@ -1,5 +1,5 @@
 // A fabric file that is loaded beside a scene, for any number of materials.
-import {ask, send} from '../background.js';
+import {ask_worker, send_to_worker} from '../background.js';
 import {issue_of} from '../load.js';
 import {Issue} from '../reader/index.js';
 
@@ -41,15 +41,15 @@ export class LoadedFabric {
   }
   /** Frees the fabric, once no garment shows it any more. */
   dispose() {
-    if (this.number !== null) send({kind: 'remove', fabric: this.number});
+    if (this.number !== null) send_to_worker({kind: 'remove', fabric: this.number});
     Object.assign(this, {state: 'broken', number: null});
   }
   async #load(source) {
     const found = await source;
     try {
-      const answer = await ask({kind: 'fabric', source: found});
+      const answer = await ask_worker({kind: 'fabric', source: found});
       // Disposed meanwhile.
-      if (this.state === 'broken') return send({kind: 'remove', fabric: answer.number});
+      if (this.state === 'broken') return send_to_worker({kind: 'remove', fabric: answer.number});
       Object.assign(this, answer, {state: 'ready'});
     } catch (error) {
       if (error.code !== 'FILE_MISSING' || !found.place) throw error;

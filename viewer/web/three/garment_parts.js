@@ -6,7 +6,7 @@ const TEXTURES = {mask: 'maskTexture', normal: 'normalTexture', tint_texture: 't
 const MAX_TINT = 16;
 
 /** What a material without such members has; GarmentParts in index.d.ts. */
-export const no_parts = { mask: null, mask_cutoff: 0.5, normal: null, normal_scale: 1, tint: [1, 1, 1], tint_texture: null };
+export const default_parts = { mask: null, mask_cutoff: 0.5, normal: null, normal_scale: 1, tint: [1, 1, 1], tint_texture: null };
 
 const number_or = (x, otherwise) => Number.isFinite(Math.fround(x)) && typeof x === 'number' ? x : otherwise;
 const are_numbers = (x, n) => Array.isArray(x) && x.length === n && x.every((a) => number_or(a, null) !== null);
@@ -15,10 +15,10 @@ const are_numbers = (x, n) => Array.isArray(x) && x.length === n && x.every((a) 
 export async function load_parts(parser, extension) {
   const {maskCutoff, normalTexture, tintFactor} = extension ?? {};
   const parts = {
-    ...no_parts,
-    mask_cutoff: number_or(maskCutoff, no_parts.mask_cutoff),
-    normal_scale: number_or(normalTexture?.scale, no_parts.normal_scale),
-    tint: (are_numbers(tintFactor, 3) ? tintFactor : no_parts.tint).map((c) => Math.min(Math.max(c, 0), MAX_TINT)),
+    ...default_parts,
+    mask_cutoff: number_or(maskCutoff, default_parts.mask_cutoff),
+    normal_scale: number_or(normalTexture?.scale, default_parts.normal_scale),
+    tint: (are_numbers(tintFactor, 3) ? tintFactor : default_parts.tint).map((c) => Math.min(Math.max(c, 0), MAX_TINT)),
   };
   await Promise.all(Object.entries(TEXTURES).map(async ([name, member]) => {
     const info = extension?.[member];
@@ -35,7 +35,7 @@ export async function load_parts(parser, extension) {
 const textures_of = (parts) => Object.keys(TEXTURES).filter((name) => parts[name]);
 
 /** The key by which shaders of parts differ. */
-export const key_of_parts = (parts) => textures_of(parts).map((name) => `${name}${parts[name].channel}`).join();
+export const parts_cache_key = (parts) => textures_of(parts).map((name) => `${name}${parts[name].channel}`).join();
 
 export const part_uniforms = () => ({
   kept_mask: {value: null}, kept_mask_transform: {value: new Matrix3()}, kept_mask_cutoff: {value: 0},
@@ -62,7 +62,7 @@ export function set_tint(uniforms, parts, colour, own) {
 }
 
 /** Names and body for a vertex shader. */
-export function part_vertex(parts) {
+export function parts_vertex_code(parts) {
   const names = textures_of(parts), set = (name) => parts[name].channel === 1 ? 'uv1' : 'uv';
   return {
     defines: names.some((name) => set(name) === 'uv1') ? '#define KEPT_UV1\n' : '',
@@ -72,6 +72,6 @@ export function part_vertex(parts) {
 }
 
 /** Names for a fragment shader: KEPT_MASK, KEPT_NORMAL, KEPT_TINT_TEXTURE say what there is. */
-export const part_fragment = (parts) => textures_of(parts).map((name) =>
+export const parts_fragment_code = (parts) => textures_of(parts).map((name) =>
   `#define KEPT_${name.toUpperCase()}\nuniform sampler2D kept_${name};\nvarying vec2 kept_${name}_uv;\n`).join('') +
   'uniform float kept_mask_cutoff;\nuniform float kept_normal_scale;\nuniform vec3 kept_tint;\n';

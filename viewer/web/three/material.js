@@ -1,9 +1,9 @@
 // A material of three.js that shows a fabric once it is loaded, and its fallback before that, and where it is broken.
 import {Color, Matrix3, MeshPhysicalMaterial, MeshStandardMaterial, REVISION} from 'three';
-import {CHART, cell_images} from './cell_images.js';
-import {around_of_mesh, around_uniforms, set_around} from './environment.js';
-import {key_of_parts, no_parts, part_uniforms, set_kept_textures, set_tint} from './garment_parts.js';
-import {DRAWN, draw_sorted, is_in_software, sort_triangles} from './order.js';
+import {CHART_ATTRIBUTES, cell_images} from './cell_images.js';
+import {environment_in_mesh_axes, environment_uniforms, set_environment_uniforms} from './environment.js';
+import {parts_cache_key, default_parts, part_uniforms, set_kept_textures, set_tint} from './garment_parts.js';
+import {ALREADY_DRAWN, draw_sorted, is_in_software, sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
 import {VERTEX_LIGHT} from './surroundings.js';
 
@@ -30,7 +30,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
    * keeps_opacity  whether the holes of the fabric are open: alphaMode MASK or BLEND
    * parts          what the garment brings: garment_parts.js
    */
-  constructor({fallback = null, fabric = null, lay = plain_lay, keeps_opacity = false, parts = no_parts} = {}) {
+  constructor({fallback = null, fabric = null, lay = plain_lay, keeps_opacity = false, parts = default_parts} = {}) {
     super();
     this.isFabricMaterial = true;
     /** Becomes what is shown, 'fabric' or 'fallback', once frames show the one or it is known that they never will. */
@@ -58,8 +58,8 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.level = -1;
     /** The garment of cell_images that was drawn last. */
     this.garment = null;
-    this.names = CHART;
-    this.around_uniforms = around_uniforms();
+    this.names = CHART_ATTRIBUTES;
+    this.around_uniforms = environment_uniforms();
     this.is_lit_around = this.has_vertex_light = false;
     /** Whether the fabric is to be shown where it can be; else the fallback. */
     this.shows_fabric = true;
@@ -78,7 +78,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.of_fallback = {transparent, depthWrite, alphaTest, forceSinglePass};
   }
   /** The lay in which another repeat, in mm, lies as large as the one before; unchanged where a size is not known. */
-  lay_for(mm) {
+  lay_of_repeat(mm) {
     const {rotation, scale} = this.lay, was = this.fabric?.mm_per_repeat;
     // Cloth that lies on its side has its courses along v.
     const turned = ([x, y]) => Math.round(rotation / (Math.PI / 2)) % 2 === 0 ? [x, y] : [y, x];
@@ -87,10 +87,10 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   }
   /** Takes another LoadedFabric, as large; `keeps`: what is shown stays until its images are there, or it is found not to have any. */
   set_fabric(fabric, {keeps = false} = {}) {
-    const lay = this.lay_for(fabric?.mm_per_repeat);
+    const lay = this.lay_of_repeat(fabric?.mm_per_repeat);
     Object.assign(this, {fabric, lay, matrix: matrix_of(lay)});
     if (!keeps) this.garment = null;
-    this.update_fabric();
+    this.select_fabric_or_fallback();
     return this;
   }
   /** Takes another factor on the fabric alone, linear. */
@@ -98,7 +98,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     this.parts = {...this.parts, tint};
   }
   /** Shows what is due now; before every drawing. */
-  update_fabric() {
+  select_fabric_or_fallback() {
     const due = this.shows_fabric && this.garment?.state === 'shown' ? 'fabric' : 'fallback';
     if (due === 'fabric' || !is_of_use || !this.fabric || this.fabric.state === 'broken' || this.garment?.state === 'ended') this.#settle(due);
     if (due === this.shows) return;
@@ -115,7 +115,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   }
   /** Lights the fabric from all around; whether anything does. */
   #update_around(renderer, scene, camera, geometry) {
-    const lit = set_around(this.around_uniforms, this, scene, renderer, camera), has_vertex_light = lit && VERTEX_LIGHT[0] in geometry.attributes;
+    const lit = set_environment_uniforms(this.around_uniforms, this, scene, renderer, camera), has_vertex_light = lit && VERTEX_LIGHT[0] in geometry.attributes;
     if (this.shows === 'fabric' && (lit !== this.is_lit_around || has_vertex_light !== this.has_vertex_light))
       this.needsUpdate = true;
     this.is_lit_around = lit;
@@ -123,7 +123,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
     return lit;
   }
   onBeforeRender(renderer, scene, camera, geometry, object, group) {
-    if (group === DRAWN) return;
+    if (group === ALREADY_DRAWN) return;
     this.prepare(renderer, scene, camera, geometry, object);
     if (this.shows === 'fabric' && this.transparent && this.forceSinglePass) draw_sorted(renderer, scene, camera, object, geometry, this);
   }
@@ -138,11 +138,11 @@ export class FabricMaterial extends MeshPhysicalMaterial {
       if (garment) {
         cell_images.look(
           garment, renderer, scene, camera, object, this.level,
-          (inverse) => lit ? around_of_mesh(this.around_uniforms, inverse) : {around: null, lamps: []});
+          (inverse) => lit ? environment_in_mesh_axes(this.around_uniforms, inverse) : {around: null, lamps: []});
         if (this.garment?.state !== 'shown' || ['shown', 'ended'].includes(garment.state)) this.#show(garment);
       }
     }
-    this.update_fabric();
+    this.select_fabric_or_fallback();
     // three.js draws what it takes for one layer twice, back sides first.
     if (this.shows === 'fabric' && this.transparent) this.forceSinglePass = sort_triangles(object, geometry, camera, this);
   }
@@ -168,7 +168,7 @@ export class FabricMaterial extends MeshPhysicalMaterial {
   customProgramCacheKey() {
     if (this.shows !== 'fabric') return 'selvedge fallback';
     const {keeps_opacity, is_lit_around, has_vertex_light, parts} = this;
-    return ['selvedge', this.lay.uv_set, this.names[0], keeps_opacity, is_lit_around, has_vertex_light, key_of_parts(parts)].join(' ');
+    return ['selvedge', this.lay.uv_set, this.names[0], keeps_opacity, is_lit_around, has_vertex_light, parts_cache_key(parts)].join(' ');
   }
   copy(source) {
     super.copy(source);

@@ -8,7 +8,7 @@ const CLUSTER = 8;
 /** Depths that surfaces beside each other are drawn in turns for. */
 const SLABS = 32;
 /** The group of triangles of a surface that was drawn with another one. */
-export const DRAWN = {start: 0, count: 0};
+export const ALREADY_DRAWN = {start: 0, count: 0};
 const surfaces = new WeakMap();
 const to_view = new Matrix4(), to_clip = new Matrix4(), of_bone = new Matrix4(), place = new Vector4(), corner = new Vector3(), origin = new Vector3();
 const frustum = new Frustum();
@@ -148,7 +148,7 @@ function draw_once(object, geometry, count) {
   };
 }
 
-/** Draws sorted surfaces that follow one another in a frame by depth; three.js then finds the others DRAWN. */
+/** Draws sorted surfaces that follow one another in a frame by depth; three.js then finds the others ALREADY_DRAWN. */
 export function draw_sorted(renderer, scene, camera, object, geometry, material) {
   const {count} = surfaces.get(geometry), items = count > 0 ? run_from(renderer, scene, camera, object, material) : [];
   const run = items.filter(({object, geometry, material}, i) => {
@@ -171,6 +171,6 @@ export function draw_sorted(renderer, scene, camera, object, geometry, material)
       drawn[i] = Math.max(drawn[i], end);
     });
   }
-  for (const item of run) item.group = DRAWN;
+  for (const item of run) item.group = ALREADY_DRAWN;
   geometry.setDrawRange(0, 0);
 }

@@ -1,10 +1,10 @@
 // The shaders of a material with a fabric: three.js's own vertex shader with coordinates of the fabric, and a fragment
 // shader that lights the fabric by three.js's lights, shadows, tone mapping and fog.
 import {ShaderChunk} from 'three';
-import {AROUND_WEIGHTS, MAX_LAMPS} from '../environment.js';
-import {part_fragment, part_vertex} from './garment_parts.js';
+import {SMOOTH_LIGHT_INTEGRALS, MAX_LAMPS} from '../environment.js';
+import {parts_fragment_code, parts_vertex_code} from './garment_parts.js';
 import {VERTEX_LIGHT} from './surroundings.js';
-import {CHART, TILES_WIDTH, WIDTH} from './cell_images.js';
+import {CHART_ATTRIBUTES, TILE_TABLE_WIDTH, ATLAS_WIDTH} from './cell_images.js';
 import {TILE_NUMBERS} from '../cells.js';
 
 const VERTEX_NAMES = `
@@ -27,7 +27,7 @@ flat varying vec2 chart_cells;
 `;
 const LIGHT_NAMES = `${VERTEX_LIGHT.map((name) => `attribute vec4 ${name};\n`).join('')}varying mat3 brightness_of_vertex;\n`;
 const light_number = (k) => `${VERTEX_LIGHT[k >> 2]}[${k & 3}]`;
-const LIGHT_BODY = AROUND_WEIGHTS.map((weight, k) => `brightness_of_vertex[${Math.floor(k / 3)}][${k % 3}] =
+const LIGHT_BODY = SMOOTH_LIGHT_INTEGRALS.map((weight, k) => `brightness_of_vertex[${Math.floor(k / 3)}][${k % 3}] =
   (${light_number(3 * k)} + ${light_number(3 * k + 1)} + ${light_number(3 * k + 2)}) * ${weight / 3};\n`).join('');
 
 const VERTEX_BODY = `
@@ -59,10 +59,10 @@ float side_of_light(mat4 shadow, vec4 place, vec3 normal) {
  * `has_vertex_light`: whether surroundings.js gives the light from all around; `parts`: garment_parts.js.
  */
 export function vertex_shader(of_three, uv_set, charts, has_vertex_light, parts) {
-  const kept = part_vertex(parts);
+  const kept = parts_vertex_code(parts);
   const names = `${VERTEX_NAMES}${kept.names}${SIDE_OF_LIGHT}${has_vertex_light ? LIGHT_NAMES : ''}`;
   return `#define FABRIC_UV_SET ${uv_set}
-${charts[0] === CHART[0] ? '' : CHART.map((name, i) => `#define ${name} ${charts[i]}\n`).join('')}${kept.defines}${of_three
+${charts[0] === CHART_ATTRIBUTES[0] ? '' : CHART_ATTRIBUTES.map((name, i) => `#define ${name} ${charts[i]}\n`).join('')}${kept.defines}${of_three
     .replace('void main() {', `${names}\nvoid main() {${has_vertex_light ? LIGHT_BODY : ''}`)
     .replace('#include <shadowmap_vertex>', SHADOWS)
     .replace('#include <project_vertex>', `#include <project_vertex>\n${VERTEX_BODY}${kept.body}`)}`;
@@ -143,12 +143,12 @@ int tile_at(vec2 uv, int side) {
   if (chart_cells.x < 1.0) return 0;  // the mesh is not known yet
   ivec2 cell = clamp(ivec2(floor((uv - of_chart.yz) * of_chart.w)), ivec2(0), ivec2(chart_cells) - 1);
   int entry = int(of_chart.x) + cell.y * int(chart_cells.x) + cell.x;
-  uvec4 tiles = texelFetch(cell_table, ivec2(entry % ${WIDTH}, entry / ${WIDTH}), 0);
+  uvec4 tiles = texelFetch(cell_table, ivec2(entry % ${ATLAS_WIDTH}, entry / ${ATLAS_WIDTH}), 0);
   return int(side == 0 ? tiles.x : tiles.y);
 }
 vec4 number_of_tile(int tile, int k) {
   int at = ${TILE_NUMBERS / 4} * tile + k;
-  return texelFetch(cell_tiles, ivec2(at % ${TILES_WIDTH}, at / ${TILES_WIDTH}), 0);
+  return texelFetch(cell_tiles, ivec2(at % ${TILE_TABLE_WIDTH}, at / ${TILE_TABLE_WIDTH}), 0);
 }
 
 // Variation beyond the repeat: the twin of format/fabric/variation.h. Its runs of yarn: changes along u and v, places along u and v.
@@ -322,5 +322,5 @@ void main() {
 export const fragment_shader = ({keeps_opacity, is_lit_around, has_vertex_light, parts}, in_software, is_instanced) => [
   is_instanced ? '#define INSTANCED\n' : '',
   in_software ? '#define IN_SOFTWARE\n' : '', is_lit_around ? '#define AROUND\n' : '', has_vertex_light ? '#define VERTEX_LIGHT\n' : '',
-  keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', part_fragment(parts), FRAGMENT_NAMES, FRAGMENT_BODY
+  keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', parts_fragment_code(parts), FRAGMENT_NAMES, FRAGMENT_BODY
 ].join('');

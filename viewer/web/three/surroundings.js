@@ -10,7 +10,7 @@ import {
   Euler, FloatType, LinearFilter, Matrix3, Mesh, NearestFilter, OrthographicCamera, RGBAFormat, Scene, ShaderMaterial,
   Sphere, Vector3, WebGLRenderTarget
 } from 'three';
-import {project, smooth_factors, smooth_basis, take_lamps} from '../environment.js';
+import {project_to_smooth_light, smooth_factors, smooth_basis, extract_lamps} from '../environment.js';
 
 const {PI, SQRT1_2, cos, floor, max, round, sin, sqrt} = Math;
 const DIRECTIONS = 48, SKY_MAP = 512, LAMP_MAP = 1024;
@@ -66,8 +66,8 @@ export class Surroundings {
   #lit_at = NaN;
   /** `reflects`: other materials than fabrics are lit by it, too, for which three.js needs a second or more. */
   constructor(scene, picture, {reflects = true} = {}) {
-    const {lamps, rest} = take_lamps(picture);
-    this.#factors = project(rest);
+    const {lamps, rest} = extract_lamps(picture);
+    this.#factors = project_to_smooth_light(rest);
     this.#picture = picture;
     this.scene = scene;
     scene.userData.fabric_environment = texture_of(rest);
