@@ -61,11 +61,11 @@ FabricLevel blank_level(const SampleLevel& samples, const SamplesHeader& header,
   FabricLevel level;
   level.width = samples.width;
   level.height = samples.height;
-  level.add(LayerKind::lobes, 3 * parameter_count(options.lobes));
+  level.add_layer(LayerKind::lobes, 3 * parameter_count(options.lobes));
   // Light that comes through has lost the direction of the surface that it met.
-  if (!is_transmission(header.side)) level.add(LayerKind::frame, 6);
-  level.add(LayerKind::opacity, samples.views);
-  if (options.view_table) level.add(LayerKind::table, 3 * samples.views);
+  if (!is_transmission(header.side)) level.add_layer(LayerKind::frame, 6);
+  level.add_layer(LayerKind::opacity, samples.views);
+  if (options.view_table) level.add_layer(LayerKind::table, 3 * samples.views);
   return level;
 }
 

@@ -58,7 +58,7 @@ class Drawer {
     // Bands without blocks are not drawn.
     size.band_rows = blocks != nullptr ? blocks->block_size : band_rows(supersample);
     DrawOptions options = options_;
-    options.cells.samples = image_samples(supersample);
+    options.cells.samples_per_pixel_side = image_samples(supersample);
     options.blocks = blocks;
     const RenderStats stats = draw(size, options, frame);
     if (blocks == nullptr) keep(stats);
@@ -88,7 +88,7 @@ class Drawer {
     constexpr int min_bands = 16;
     constexpr std::size_t image_bytes = 320;
     const auto max_pixels =
-        static_cast<int>(std::min(options_.cells.memory / image_bytes, std::size_t{1} << 20));
+        static_cast<int>(std::min(options_.cells.memory_bytes / image_bytes, std::size_t{1} << 20));
     const int rows =
         std::min(size_.height / min_bands, max_pixels / (size_.width * supersample * supersample));
     return std::max(rows / 2, 1) * 2;
@@ -293,10 +293,13 @@ struct Wave {
 constexpr int first_wave_pixels = 1 << 15;
 /// Between frames that move and pictures at rest: a third of the time of the latter, and dB in the middle.
 constexpr CellImageOptions quick_cell_images{
-    .samples = 3.5F,  // fewer than at rest, where these images are made again
-    .patches = {.turn_degree_pixels = 320, .turn_degrees = 8, .outline_pixels = 8, .offset_pixels = 2},
+    .samples_per_pixel_side = 3.5F,  // fewer than at rest, where these images are made again
+    .patches = {.max_turn_degree_pixels = 320,
+                .max_turn_degrees = 8,
+                .max_outline_pixels = 8,
+                .max_offset_pixels = 2},
     .hair_shadows = false,
-    .shading_block = 2,
+    .shading_block_size = 2,
     .shadow_texels_per_pixel = 1,
     .max_piece_pixels = 2,
     .min_transparency = 3.0F / 255,
@@ -392,8 +395,9 @@ AccuratePicture draw_in_time(Drawer& drawer, DrawOptions& options, double second
     DrawOptions wave_options = options;
     if (wave->images == Wave::Images::moving) wave_options.cells = moving_cell_images;
     if (wave->images == Wave::Images::quick) wave_options.cells = quick_cell_images;
-    if (wave->images == Wave::Images::rest) wave_options.cells.samples = image_samples(wave->supersample);
-    wave_options.cells.memory = options.cells.memory;
+    if (wave->images == Wave::Images::rest)
+      wave_options.cells.samples_per_pixel_side = image_samples(wave->supersample);
+    wave_options.cells.memory_bytes = options.cells.memory_bytes;
     const Stopwatch watch;
     Frame drawn;
     const RenderStats stats = drawer.draw(wave_size, wave_options, drawn);
@@ -412,7 +416,7 @@ AccuratePicture draw_in_time(Drawer& drawer, DrawOptions& options, double second
 
 }  // namespace
 
-void add(const RenderStats& one, RenderStats& sum) {
+void accumulate(const RenderStats& one, RenderStats& sum) {
   for (const auto& [name, seconds] : render_seconds) sum.*seconds += one.*seconds;
   sum.prepare_seconds = one.prepare_seconds;
   sum.triangles = one.triangles;

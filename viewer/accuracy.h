@@ -14,8 +14,8 @@
 
 namespace selvedge {
 
-/// CellImageOptions::samples of a picture at rest: look-ups have two samples of images along either side, and
-/// pixels at least four.
+/// CellImageOptions::samples_per_pixel_side of a picture at rest: look-ups have two samples of images along
+/// either side, and pixels at least four.
 inline float image_samples(int supersample) { return 2 * static_cast<float>(std::max(supersample, 2)); }
 
 /// PSNR of two frames of one size, dB, as of pictures, above; at most 200.
@@ -37,7 +37,7 @@ struct AccuratePicture {
 };
 
 /// Adds the statistics of one more drawing of a scene.
-void add(const RenderStats& one, RenderStats& sum);
+void accumulate(const RenderStats& one, RenderStats& sum);
 
 /// Draws a frame for a goal, and leaves the renderer at its supersampling; further frames need
 /// image_samples() it. The times of `stats` are of all that was drawn. Errors as Renderer::draw().

@@ -5,22 +5,21 @@
 
 namespace selvedge {
 
-Result<Fabric> load_fabric(FabricReader& reader, MemoryAccount& memory) {
+Result<Fabric> load_fabric(FabricReader& reader, MemoryBudget& memory) {
   const FabricHeader& header = reader.header();
   const auto too_large = [&] {
-    return tl::unexpected(memory_limit_error(reader.name(), "", "the values of the fabric", memory.limit()));
+    return tl::unexpected(memory_limit_error(reader.path(), "", "the values of the fabric", memory.limit()));
   };
-  reader.set_memory_limit(memory.remaining_bytes());
-  if (!memory.try_reserve(reader.peak_memory_bytes() + turned_over_bytes(header), 1)) return too_large();
+  reader.set_memory_limit(memory.unspent_bytes());
+  if (!memory.try_spend(reader.peak_memory_bytes() + turned_over_bytes(header), 1)) return too_large();
   Result<Fabric> fabric = reader.read();
   if (!fabric) return fabric;
   if (const auto yarns = fabric->levels.front().yarns()) {
     const YarnData& data = yarns->data();
     // Once more for smooth light (yarn_sky.h), and all of it turned over.
     const std::uint64_t sides = header.find_side(Side::back) != nullptr ? 2 : 1;
-    const std::uint64_t sky = sizeof(float) * (data.light.size() + data.through.size());
-    if (!memory.try_reserve(sides,
-                            static_cast<std::uint64_t>(yarn_memory_bytes(data, yarns->period())) + sky))
+    const std::uint64_t sky = sizeof(float) * (data.station_light.size() + data.light_through.size());
+    if (!memory.try_spend(sides, static_cast<std::uint64_t>(yarn_memory_bytes(data, yarns->period())) + sky))
       return too_large();
   }
   return fabric;
@@ -30,9 +29,9 @@ Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choic
                                const SceneLimits& limits) {
   Result<Scene> scene = read_scene(path, limits, choice);
   if (!scene) return tl::unexpected(scene.error());
-  Result<MemoryAccount> memory = check_scene_memory(*scene, limits.document.memory);
+  Result<MemoryBudget> memory = check_scene_memory(*scene, limits.document.memory);
   if (!memory) return tl::unexpected(memory.error());
-  LoadedScene loaded{std::move(*scene), {}, memory->remaining_bytes()};
+  LoadedScene loaded{std::move(*scene), {}, memory->unspent_bytes()};
   std::vector<bool> is_worn(loaded.scene.fabrics.size(), choice.loads_unused_fabrics);
   for (const SceneInstance& instance : loaded.scene.instances) {
     const int material = loaded.scene.primitives[instance.primitive].material;
@@ -58,8 +57,8 @@ Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choic
     present.push_back(std::move(source));
   }
   loaded.scene.fabrics = std::move(present);
-  loaded.scene.memory_left = memory->remaining_bytes();
-  loaded.fabric_memory -= memory->remaining_bytes();
+  loaded.scene.memory_left = memory->unspent_bytes();
+  loaded.fabric_memory -= memory->unspent_bytes();
   for (SceneMaterial& material : loaded.scene.materials) {
     if (!material.fabric) continue;
     int& fabric = material.fabric->fabric;

@@ -24,6 +24,6 @@ Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choic
                                const SceneLimits& limits = {});
 
 /// Reads a fabric that can also be drawn within `memory`.
-Result<Fabric> load_fabric(FabricReader& reader, MemoryAccount& memory);
+Result<Fabric> load_fabric(FabricReader& reader, MemoryBudget& memory);
 
 }  // namespace selvedge

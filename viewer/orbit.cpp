@@ -25,7 +25,7 @@ V3d turned(const V3d& v, const V3d& axis, double degrees) {
 
 }  // namespace
 
-Camera axes_of(const CameraOptions& options) {
+Camera camera_axes(const CameraOptions& options) {
   CameraOptions plain;
   plain.azimuth = options.azimuth;
   plain.elevation = options.elevation;
@@ -68,12 +68,12 @@ void turn(CameraOptions& orbit, const V2d& drag) {
 }
 
 void pan(CameraOptions& orbit, const V2d& drag) {
-  const Camera axes = axes_of(orbit);
+  const Camera axes = camera_axes(orbit);
   *orbit.look_at -= (axes.right * drag.x + axes.up * drag.y) * (2 * half_height(orbit));
 }
 
 void dolly(CameraOptions& orbit, double steps, const V2d& cursor, double aspect, double size) {
-  const Camera axes = axes_of(orbit);
+  const Camera axes = camera_axes(orbit);
   const double old_height = half_height(orbit);
   orbit.distance = std::clamp(*orbit.distance * std::pow(factor_per_step, steps), 1e-4 * size, 100 * size);
   const double lost = old_height - half_height(orbit);
@@ -82,7 +82,7 @@ void dolly(CameraOptions& orbit, double steps, const V2d& cursor, double aspect,
 
 void orbit_about(CameraOptions& orbit, const V3d& seen) {
   if (orbit.projection == Projection::parallel) return;
-  const V3d back = axes_of(orbit).image_normal();
+  const V3d back = camera_axes(orbit).image_normal();
   const V3d eye = *orbit.look_at + back * *orbit.distance;
   const double depth = (eye - seen).dot(back);
   if (!(depth > 0)) return;

@@ -18,7 +18,7 @@ namespace selvedge {
 Result<CameraOptions> start_orbit(std::span<const V3d> points, double aspect, const CameraOptions& options);
 
 /// A camera with the directions of `options` alone, which do not depend on a scene.
-Camera axes_of(const CameraOptions& options);
+Camera camera_axes(const CameraOptions& options);
 
 /// The corners of the points' bounding box, which can replace the points in make_camera() if the options have
 /// point and distance.

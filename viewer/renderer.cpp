@@ -77,13 +77,13 @@ void check_paper_fabrics(const Scene& scene, const Materials& materials, const s
 /// Composites the frame over the environment that the camera sees; the frame is opaque then.
 void add_backdrop(const Camera& camera, const DrawOptions& options, const Reflections* reflections,
                   Frame& frame) {
-  const ViewRays rays = view_rays(camera, frame.width, frame.height);
+  const ViewDirections rays = view_directions(camera, frame.width, frame.height);
   parallel_for(0, frame.height, [&](int y) {
     for (int x = 0; x < frame.width; ++x) {
       V4f& pixel = frame.pixels[static_cast<std::size_t>(y) * frame.width + x];
       const float right = static_cast<float>(x) + 0.5F - 0.5F * static_cast<float>(frame.width);
       const float up = 0.5F * static_cast<float>(frame.height) - static_cast<float>(y) - 0.5F;
-      const V3d away = -V3d(rays.base + rays.step_right * right + rays.step_up * up).normalized();
+      const V3d away = -V3d(rays.centre_direction + rays.step_right * right + rays.step_up * up).normalized();
       const V3f radiance = options.backdrop_roughness > 0 ? reflections->at(away, options.backdrop_roughness)
                                                           : options.environment->radiance_at(away);
       const V3f seen = radiance * (1 - pixel.w);
@@ -149,7 +149,7 @@ struct Renderer::State {
       // 48 maps of a million triangles take a second.
       constexpr std::size_t max_triangles = std::size_t{1} << 20;
       const bool fits = scene.mesh.triangles.size() <= max_triangles &&
-                        textures->reserve_bytes(scene.mesh.positions.size() * bytes_per::shaded_vertex);
+                        textures->reserve_bytes(scene.mesh.positions.size() * bytes_per_shaded_vertex);
       if (!fits)
         remarks.emplace_back(
             "light from all around has no shadows: the scene has more than 2^20 triangles, or does not fit "
@@ -180,7 +180,7 @@ struct Renderer::State {
   /// Makes the textures that a frame shows.
   void make_textures(const Camera& camera) {
     Materials& materials = scene.materials;
-    textures->make(
+    textures->make_textures(
         shown_halvings(scene.mesh, materials, scene.origin, camera, size.height * size.supersample),
         materials.pictures, file, remarks);
   }
@@ -241,7 +241,7 @@ struct Renderer::State {
     make_textures(camera);
     watch.add_lap(prepare);
     stats.prepare_seconds = prepare;
-    stats.decoded_pictures = textures->decoded();
+    stats.decoded_pictures = textures->decoded_count();
     const std::span<const ShadowMap> maps = draw_shadows(options);
     const std::span<const SmoothLight> shaded = shade_around(options);
     stats.remarks = remarks;
@@ -265,7 +265,7 @@ struct Renderer::State {
     if (options.backdrop_roughness >= 0) {
       add_backdrop(camera, options, mirrored.get(), frame);
     } else {
-      if (!floor) floor = floor_under(scene.mesh);
+      if (!floor) floor = find_floor(scene.mesh);
       add_floor(*floor, camera, scene.origin, frame);
     }
   }
@@ -303,14 +303,15 @@ Result<void> Renderer::resize(const FrameSize& size) {
   });
 }
 
-Result<std::optional<PixelProbe>> Renderer::probe(const Camera& camera, const DrawOptions& options,
-                                                  const V2i& pixel) {
+Result<std::optional<PixelProbe>> Renderer::probe_surface(const Camera& camera, const DrawOptions& options,
+                                                          const V2i& pixel) {
   State& s = *state_;
   return catch_failure([&] {
     value_or_throw(s.context->make_current());
     s.make_textures(camera);
     const std::span<const ShadowMap> shadows = s.draw_shadows(options);
-    return s.path->probe({camera, options, shadows, s.shade_around(options), s.reflect(options)}, pixel);
+    return s.path->probe_surface({camera, options, shadows, s.shade_around(options), s.reflect(options)},
+                                 pixel);
   });
 }
 

@@ -38,7 +38,8 @@ class Renderer {
 
   /// The nearest surface at a pixel, counted from the top left of the supersampled frame, if there is one.
   /// Precondition: the pixel lies in the frame.
-  Result<std::optional<PixelProbe>> probe(const Camera& camera, const DrawOptions& options, const V2i& pixel);
+  Result<std::optional<PixelProbe>> probe_surface(const Camera& camera, const DrawOptions& options,
+                                                  const V2i& pixel);
 
   /// Options and materials that could not be honoured, one line each.
   const std::vector<std::string>& remarks() const;

@@ -6,7 +6,7 @@
 
 namespace selvedge {
 
-std::string escaped(const std::string& text) {
+std::string escape_html(const std::string& text) {
   std::string result;
   for (const char c : escape_unprintable(escape_invalid_utf8(text))) {
     const char* entity = c == '&'   ? "&amp;"

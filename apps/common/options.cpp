@@ -181,7 +181,7 @@ Result<void> Options::check_outputs() const {
   return {};
 }
 
-void Options::group(const char* heading) { group_ = *heading == '\0' ? "Options" : heading; }
+void Options::begin_group(const char* heading) { group_ = *heading == '\0' ? "Options" : heading; }
 
 void Options::common(CommonOptions& common) {
   common_ = &common;

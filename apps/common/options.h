@@ -70,7 +70,7 @@ class Options {
   Options& operator=(Options&&) = delete;
 
   /// Sets the heading in the help for the following options; "": the default heading.
-  void group(const char* heading);
+  void begin_group(const char* heading);
 
   /// --json, --quiet and --threads.
   void common(CommonOptions& common);

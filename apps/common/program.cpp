@@ -134,7 +134,7 @@ Program::Program(const char* name, const char* help, const char* footer)
 
 Program::~Program() = default;
 
-Program::Verb& Program::add_verb(const VerbText& text) {
+Program::Verb& Program::add(const VerbText& text) {
   CLI::App* verb = app_->add_subcommand(text.name, text.help);
   std::string examples = "  ";
   for (const char* c = text.examples; *c != '\0'; ++c)
@@ -217,7 +217,7 @@ int Program::run_verb(const Verb& verb) {
                 : refuse_run(verb.options->common(), verb.options->app().get_name(), status.error());
 }
 
-Result<Json> Program::call(std::vector<std::string> words) {
+Result<Json> Program::call_verb(std::vector<std::string> words) {
   std::ranges::reverse(words);
   try {
     app_->parse(words);

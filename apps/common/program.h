@@ -31,7 +31,7 @@ class Program {
   template <class Command>
   void add(const VerbText& text, void (*declare)(Options&, Command&), Result<int> (*work)(const Command&)) {
     auto command = std::make_shared<Command>();
-    Verb& verb = add_verb(text);
+    Verb& verb = add(text);
     verb.options->common(command->common);
     declare(*verb.options, *command);
     verb.work = [command, work] { return work(*command); };
@@ -46,14 +46,14 @@ class Program {
 
   /// Runs a verb, once for each Program, with its report as the result: as --json prints it, and `status`,
   /// the exit status. OPTION_OUT_OF_RANGE with the place "usage" for a wrong command line.
-  Result<Json> call(std::vector<std::string> words);
+  Result<Json> call_verb(std::vector<std::string> words);
 
  private:
   struct Verb {
     std::unique_ptr<Options> options;
     std::function<Result<int>()> work;
   };
-  Verb& add_verb(const VerbText& text);
+  Verb& add(const VerbText& text);
   int parse_and_run(int argc, const char* const* argv);
   Result<int> status_of(const Verb& verb);
   int run_verb(const Verb& verb);

@@ -34,7 +34,7 @@ std::string call(const std::vector<std::string>& words, const py::object& progre
     report = catch_exceptions("", [&]() -> Result<Json> {
       Program program("selvedge", "", "");
       add_verbs(program);
-      return program.call(words);
+      return program.call_verb(words);
     });
     progress_sink = before;
   }

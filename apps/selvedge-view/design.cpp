@@ -44,11 +44,11 @@ Json recipe_of(const std::string& input) {
 }
 
 /// All stitches, and the first recipe with its parameters. Throws Failure.
-Json recipes_with(const Json& recipe, Workbench& bench) {
+Json recipes_with(const Json& recipe, TemporaryFolder& bench) {
   const std::string name = recipe["stitch"];
   std::string stitch = name;
   if (recipe.contains("text")) {
-    stitch = bench.next(std::filesystem::path(name).extension().c_str());
+    stitch = bench.next_path(std::filesystem::path(name).extension().c_str());
     value_or_throw(write_file(stitch, recipe["text"].get<std::string>()));
   }
   StitchInfo info = value_or_throw(describe_stitch(stitch));
@@ -67,12 +67,12 @@ std::string element_of(const Json& recipes) {
 }
 
 Result<int> run(const DesignCommand& command) {
-  Workbench bench;
+  TemporaryFolder bench;
   const bool is_garment = command.input.ends_with(".glb");
   const std::string made_of = is_garment ? default_stitch : command.input;
   std::string fabric = made_of;
   if (!fabric.ends_with(".exr")) {
-    fabric = bench.next(".exr");
+    fabric = bench.next_path(".exr");
     MakeCommand make = value_or_throw(make_command_of({made_of, "-o", fabric}, "", ""));
     make.common = command.common;
     make_file(make);

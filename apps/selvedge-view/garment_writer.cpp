@@ -15,9 +15,9 @@ namespace selvedge {
 namespace {
 
 /// The file of a fabric; of an embedded one, a new file. Throws Failure.
-std::string file_of(const SceneFabric& fabric, Workbench& bench) {
+std::string file_of(const SceneFabric& fabric, TemporaryFolder& bench) {
   if (!fabric.path.empty()) return fabric.path;
-  std::string path = bench.next(".exr");
+  std::string path = bench.next_path(".exr");
   value_or_throw(write_file(path, fabric.bytes));
   return path;
 }
@@ -39,15 +39,15 @@ DressOptions options_for(int material, const SceneMaterial& worn, const SceneLim
 }
 
 /// Dresses the materials one after the other; those on no triangles stay as they are. Throws Failure.
-std::string save(Workbench& bench, const SceneLimits& limits, const std::string& garment, const Scene& worn,
-                 const std::string& output) {
+std::string save(TemporaryFolder& bench, const SceneLimits& limits, const std::string& garment,
+                 const Scene& worn, const std::string& output) {
   std::string from = garment;
   std::vector<std::string> remarks;
   for (std::size_t i = 0; i < worn.materials.size(); ++i) {
     const SceneMaterial& wears = worn.materials[i];
     if (!wears.fabric) continue;
     const std::string fabric = file_of(worn.fabrics[wears.fabric->fabric], bench);
-    const std::string to = bench.next(".glb");
+    const std::string to = bench.next_path(".glb");
     const Result<DressReport> dressed =
         dress(from, fabric, to, options_for(static_cast<int>(i), wears, limits));
     if (!dressed && dressed.error().code == Code::garment_empty) continue;
@@ -65,10 +65,10 @@ std::string save(Workbench& bench, const SceneLimits& limits, const std::string&
 }  // namespace
 
 GarmentWriter make_garment_writer(const SceneLimits& limits) {
-  const auto bench = std::make_shared<Workbench>();
+  const auto bench = std::make_shared<TemporaryFolder>();
   return GarmentWriter{
       [bench, limits](const std::string& garment, const std::string& fabric) {
-        std::string path = bench->next(".glb");
+        std::string path = bench->next_path(".glb");
         value_or_throw(dress(garment, fabric, path, {.all_cloth = true, .embed = true, .limits = limits}));
         return path;
       },

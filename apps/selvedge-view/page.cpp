@@ -160,7 +160,7 @@ std::string frame_attributes(const Scene& scene, const CommonOptions& common) {
 
 /// The attributes of a garment's element with the floor under it, whose shade has bytes.
 std::string floor_attributes(const Scene& scene) {
-  const Floor floor = floor_under(merge(value_or_throw(build_surfaces(scene, V3d(0, 0, 0)))));
+  const Floor floor = find_floor(merge(value_or_throw(build_surfaces(scene, V3d(0, 0, 0)))));
   if (floor.hidden_fraction.empty()) return "";
   std::vector<std::uint8_t> shade;
   for (const float hidden : floor.hidden_fraction)
@@ -199,7 +199,7 @@ Result<int> write_page(const char* verb, const PageCommand& command, const std::
       attributes = frame_attributes(scene, command.common) + (stands ? floor_attributes(scene) : "");
     }
     scripts += fmt::format("<script type=\"text/plain\" data-{}=\"{}\"{}>{}</script>\n",
-                           is_fabric ? "fabric" : "garment", escaped(fs::path(input).filename().string()),
+                           is_fabric ? "fabric" : "garment", escape_html(fs::path(input).filename().string()),
                            attributes, packed(bytes_of(bytes)));
   }
   const std::string marker = "<!--GARMENTS-->\n";

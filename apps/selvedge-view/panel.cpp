@@ -135,22 +135,22 @@ void Panel::handle_keys(const PanelInfo& info, ShowState& state, PanelRequest& r
   if (ImGui::GetIO().WantTextInput) return;
   if (pressed('H')) shown_ = !shown_;
   if (pressed('R')) request.resets_camera = true;
-  if (pressed('P')) state.probes = !state.probes;
+  if (pressed('P')) state.shows_probe = !state.shows_probe;
   const auto fabrics = static_cast<int>(info.picture.fabric_names.size());
-  if (pressed('F')) raise_change(request.change, wear_next_fabric(fabrics, state), Change::scene);
-  if (pressed('C')) raise_change(request.change, toggle_core_materials(state), Change::scene);
-  if (pressed('B')) raise_change(request.change, true, toggle_comparison(state));
+  if (pressed('F')) widen_redraw(request.redraw, wear_next_fabric(fabrics, state), Redraw::scene);
+  if (pressed('C')) widen_redraw(request.redraw, toggle_core_materials(state), Redraw::scene);
+  if (pressed('B')) widen_redraw(request.redraw, true, toggle_comparison(state));
   request.saves_picture = pressed('S');
   request.saves_garment = pressed('D');
 }
 
 void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& request) {
   label("path");
-  raise_change(request.change, choose("##path", path_names, state.path), Change::scene);
+  widen_redraw(request.redraw, choose("##path", path_names, state.path), Redraw::scene);
   const std::string shown =
       state.levels.forced_level < 0 ? "by footprint" : fmt::format("{}", state.levels.forced_level);
-  slider(request.change, "level", state.levels.forced_level, -1, info.picture.levels - 1, shown.c_str());
-  slider(request.change, "layers", state.layers, 1, max_layers);
+  slider(request.redraw, "level", state.levels.forced_level, -1, info.picture.levels - 1, shown.c_str());
+  slider(request.redraw, "layers", state.layers, 1, max_layers);
   if (ImGui::Button("first view (R)")) request.resets_camera = true;
   ImGui::SameLine();
   if (ImGui::Button("save (S)")) request.saves_picture = true;
@@ -164,18 +164,18 @@ void Panel::edit_light(ShowState& state, PanelRequest& request) {
   label("exposure");
   if (ImGui::SliderFloat("##exposure", &stops, -8, 8, "%+.2f stops")) {
     state.display.exposure = usual * std::exp2(stops);
-    raise_change(request.change, true, Change::display);
+    widen_redraw(request.redraw, true, Redraw::display);
   }
   auto tone_curve = static_cast<int>(state.display.tone_curve);
   label("tone curve");
-  raise_change(request.change, choose("##tone", tone_curve_names, tone_curve), Change::display);
+  widen_redraw(request.redraw, choose("##tone", tone_curve_names, tone_curve), Redraw::display);
   state.display.tone_curve = static_cast<ToneCurve>(tone_curve);
   label("background");
   V3f background = each(state.display.background.value_or(V3f(0, 0, 0)), linear_to_srgb);
   if (ImGui::ColorEdit3("##background", &background.x,
                         ImGuiColorEditFlags_Float | ImGuiColorEditFlags_NoInputs)) {
     state.display.background = each(background, srgb_to_linear);
-    raise_change(request.change, true, Change::display);
+    widen_redraw(request.redraw, true, Redraw::display);
   }
   for (std::size_t i = 0; i < state.lights.size(); ++i) {
     Light& light = state.lights[i];
@@ -193,7 +193,7 @@ void Panel::edit_light(ShowState& state, PanelRequest& request) {
     const V3f colour = strength > 0 ? light.irradiance / strength : V3f(1, 1, 1);
     if (ImGui::SliderFloat("##strength", &strength, 0, 10, "%.2f", ImGuiSliderFlags_Logarithmic)) {
       light.irradiance = colour * std::max(strength, 0.0F);
-      raise_change(request.change, true, Change::frame);
+      widen_redraw(request.redraw, true, Redraw::frame);
     }
     ImGui::PopID();
   }
@@ -203,18 +203,18 @@ void Panel::edit_light(ShowState& state, PanelRequest& request) {
   label("environment");
   if (choose("##environment", names, state.environment, "none")) {
     state.display.exposure *= default_exposure(state) / usual;
-    raise_change(request.change, true, Change::frame);
+    widen_redraw(request.redraw, true, Redraw::frame);
   }
   if (state.environment >= 0) {
-    slider(request.change, "turned", state.environment_turn, -180, 180, "%.0f degrees");
-    slider(request.change, "strength", state.environment_strength, 0, 10, "%.2f",
+    slider(request.redraw, "turned", state.environment_turn, -180, 180, "%.0f degrees");
+    slider(request.redraw, "strength", state.environment_strength, 0, 10, "%.2f",
            ImGuiSliderFlags_Logarithmic);
-    check_box(request.change, "backdrop", state.has_backdrop);
-    slider(request.change, "blurred", state.backdrop_roughness, 0, 1, "%.2f");
+    check_box(request.redraw, "backdrop", state.has_backdrop);
+    slider(request.redraw, "blurred", state.backdrop_roughness, 0, 1, "%.2f");
   }
-  slider(request.change, "all around", state.ambient, 0, 1, "%.2f");
+  slider(request.redraw, "all around", state.ambient_irradiance, 0, 1, "%.2f");
   bool casts = state.shadow_map_size > 0;
-  if (check_box(request.change, "shadows", casts)) state.shadow_map_size = casts ? default_shadow_size : 0;
+  if (check_box(request.redraw, "shadows", casts)) state.shadow_map_size = casts ? default_shadow_size : 0;
   label("");
   bool follows = state.lights_in_camera_frame;
   if (ImGui::Checkbox("lights follow the camera", &follows)) switch_light_frame(state);
@@ -226,7 +226,7 @@ void Panel::edit_offers(const PanelInfo& info, PanelRequest& request) {
   const float end = ImGui::GetCursorScreenPos().x + ImGui::GetContentRegionAvail().x;
   const ImGuiStyle& style = ImGui::GetStyle();
   for (std::size_t i = 0; i < info.offers.size(); ++i) {
-    const ShownOffer& offer = *info.offers[i];
+    const OfferThumbnail& offer = *info.offers[i];
     const auto texture = reinterpret_cast<ImTextureID>(static_cast<std::uintptr_t>(offer.picture.name()));
     ImGui::PushID(static_cast<int>(i));
     if (ImGui::ImageButton(texture, ImVec2(scaled(side), scaled(side)))) request.wear_path = offer.path;
@@ -243,7 +243,7 @@ void Panel::edit_bar(const PanelInfo& info, ShowState& state, PanelRequest& requ
   const float grip = scaled(8);
   const float height = ImGui::GetIO().DisplaySize.y;
   const float all = ImGui::GetIO().DisplaySize.x - width();
-  float x = state.divider * all;
+  float x = state.comparison_bar * all;
   ImGui::SetNextWindowPos(ImVec2(x - grip, 0));
   ImGui::SetNextWindowSize(ImVec2(2 * grip, height));
   ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1, 1));
@@ -256,8 +256,8 @@ void Panel::edit_bar(const PanelInfo& info, ShowState& state, PanelRequest& requ
   if (held || ImGui::IsItemHovered()) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
   if (held && ImGui::GetIO().MouseDelta.x != 0) {
     x = std::clamp(ImGui::GetIO().MousePos.x, 0.0F, std::max(all, 1.0F));
-    state.divider = x / std::max(all, 1.0F);
-    raise_change(request.change, true, Change::display);
+    state.comparison_bar = x / std::max(all, 1.0F);
+    widen_redraw(request.redraw, true, Redraw::display);
   }
   ImGui::End();
   ImGui::PopStyleVar(2);
@@ -284,32 +284,32 @@ void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& 
     if (materials[i].empty()) continue;
     ImGui::PushID(static_cast<int>(i));
     label(materials[i].c_str());
-    raise_change(
-        request.change,
+    widen_redraw(
+        request.redraw,
         choose("##fabric", info.picture.fabric_names, state.worn_fabrics.fabrics[i], "(core material)"),
-        Change::scene);
+        Redraw::scene);
     FabricFit& fit = state.worn_fabrics.fits[i];
     label("size, turn");
     auto size = static_cast<float>(fit.stitch_scale);
     ImGui::SetNextItemWidth(-scaled(80));
-    raise_change(request.change,
+    widen_redraw(request.redraw,
                  ImGui::SliderFloat("##size", &size, 0.1F, 10, "%.2f x", ImGuiSliderFlags_Logarithmic),
-                 Change::scene);
+                 Redraw::scene);
     fit.stitch_scale = std::max(static_cast<double>(size), 1e-3);
     ImGui::SameLine();
     ImGui::SetNextItemWidth(-1);
-    raise_change(request.change, choose("##turn", quarter_turns, fit.quarter_turns), Change::scene);
+    widen_redraw(request.redraw, choose("##turn", quarter_turns, fit.quarter_turns), Redraw::scene);
     label("tint");
     V3f tint = each(fit.tint, linear_to_srgb);
     if (ImGui::ColorEdit3("##tint", &tint.x, ImGuiColorEditFlags_DisplayHex)) {
       fit.tint = each(tint, srgb_to_linear);
-      raise_change(request.change, true, Change::scene);
+      widen_redraw(request.redraw, true, Redraw::scene);
     }
     ImGui::PopID();
   }
   edit_offers(info, request);
   if (ImGui::Button(state.compared_fabrics ? "end comparison (B)" : "compare with this (B)"))
-    raise_change(request.change, true, toggle_comparison(state));
+    widen_redraw(request.redraw, true, toggle_comparison(state));
   ImGui::SameLine();
   if (ImGui::Button("save garment (D)")) request.saves_garment = true;
   label("another");
@@ -342,7 +342,7 @@ PanelRequest Panel::edit(const PanelInfo& info, ShowState& state) {
   if (opens("Light", true)) edit_light(state, request);
   if (opens("Fabric", true)) edit_fabrics(info, state, request);
   if (opens("Probe", true)) {
-    ImGui::Checkbox("follow the mouse (P)", &state.probes);
+    ImGui::Checkbox("follow the mouse (P)", &state.shows_probe);
     show_probe(info);
   }
   if (opens("Time", true)) show_times(info);

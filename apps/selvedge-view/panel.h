@@ -13,8 +13,8 @@
 namespace selvedge {
 
 /// A fabric to choose by its picture.
-struct ShownOffer {
-  ShownOffer(std::string file, const GlFunctions& gl) : path(std::move(file)), picture(gl) {}
+struct OfferThumbnail {
+  OfferThumbnail(std::string file, const GlFunctions& gl) : path(std::move(file)), picture(gl) {}
   std::string path;
   ScreenTexture picture;
 };
@@ -23,14 +23,14 @@ struct ShownOffer {
 struct PanelInfo {
   const ShownPicture& picture;
   const std::optional<PixelProbe>& probe;
-  const std::vector<std::unique_ptr<ShownOffer>>& offers;
+  const std::vector<std::unique_ptr<OfferThumbnail>>& offers;
   std::string keys;     ///< pressed keys (window.h)
   std::string message;  ///< the last error, or empty
 };
 
 /// Requests of the user, beside changes of the state.
 struct PanelRequest {
-  Change change = Change::none;
+  Redraw redraw = Redraw::none;
   bool close = false;
   bool resets_camera = false;
   bool saves_picture = false;

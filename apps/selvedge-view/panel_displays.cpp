@@ -27,7 +27,7 @@ void show_probe(const PanelInfo& info) {
     return;
   }
   const PixelProbe& p = *info.probe;
-  row("pixel", "{}, {}{}", p.pixel.x, p.pixel.y, p.back ? "  (back of the cloth)" : "");
+  row("pixel", "{}, {}{}", p.pixel.x, p.pixel.y, p.is_back ? "  (back of the cloth)" : "");
   if (p.fabric >= 0) {
     row("fabric", "{}", info.picture.fabric_names[p.fabric]);
     row("u, v", "{:.5f}, {:.5f}", p.uv.x, p.uv.y);
@@ -51,7 +51,7 @@ void show_times(const PanelInfo& info) {
   const RenderStats& s = info.picture.stats;
   const double frame = info.picture.draw_seconds;
   row("frame", "{:.1f} ms, {} x {}{}", 1e3 * frame, info.picture.width, info.picture.height,
-      info.picture.divisor > 1 ? " (first)" : "");
+      info.picture.size_divisor > 1 ? " (first)" : "");
   if (info.picture.accuracy_db > 0) row("before samples", "{:.1f} dB", info.picture.accuracy_db);
   const std::initializer_list<std::pair<const char*, double>> parts{{"project", s.project_seconds},
                                                                     {"shadows", s.shadow_seconds},

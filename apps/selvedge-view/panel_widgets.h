@@ -33,29 +33,29 @@ inline void label(const char* name) {
   ImGui::SetNextItemWidth(-1);
 }
 
-inline void raise_change(Change& change, bool changed, Change to) {
+inline void widen_redraw(Redraw& change, bool changed, Redraw to) {
   if (changed) change = std::max(change, to);
 }
 
 /// Lines of the panel that edit values of the frame.
-inline void slider(Change& change, const char* name, int& value, int min, int max,
+inline void slider(Redraw& change, const char* name, int& value, int min, int max,
                    const char* format = "%d") {
   label(name);
-  raise_change(change, ImGui::SliderInt(fmt::format("##{}", name).c_str(), &value, min, max, format),
-               Change::frame);
+  widen_redraw(change, ImGui::SliderInt(fmt::format("##{}", name).c_str(), &value, min, max, format),
+               Redraw::frame);
 }
 
-inline void slider(Change& change, const char* name, float& value, float min, float max, const char* format,
+inline void slider(Redraw& change, const char* name, float& value, float min, float max, const char* format,
                    ImGuiSliderFlags flags = 0) {
   label(name);
-  raise_change(change, ImGui::SliderFloat(fmt::format("##{}", name).c_str(), &value, min, max, format, flags),
-               Change::frame);
+  widen_redraw(change, ImGui::SliderFloat(fmt::format("##{}", name).c_str(), &value, min, max, format, flags),
+               Redraw::frame);
 }
 
-inline bool check_box(Change& change, const char* name, bool& value) {
+inline bool check_box(Redraw& change, const char* name, bool& value) {
   label("");
   const bool changed = ImGui::Checkbox(name, &value);
-  raise_change(change, changed, Change::frame);
+  widen_redraw(change, changed, Redraw::frame);
   return changed;
 }
 

@@ -50,7 +50,7 @@ void add_fps(Options& options, double& fps) {
 
 void add_environment(Options& options, std::string& name, EnvironmentOptions& environment,
                      const std::string& otherwise) {
-  options.group("Environment");
+  options.begin_group("Environment");
   options
       .text("--environment", name, "FILE|studio|none",
             "Light from all around: an equirectangular picture of radiance (.hdr, .exr), or a room with two "
@@ -68,7 +68,7 @@ void add_environment(Options& options, std::string& name, EnvironmentOptions& en
 }
 
 void add_light(Options& options, PictureOptions& picture) {
-  options.group("Light and picture");
+  options.begin_group("Light and picture");
   add_lights(options, picture.lights,
              "Direction to a light, and its intensity (default 1: the picture shows 1/sr); may be repeated. "
              "Without any: the lights of the scene, or else the environment");
@@ -82,7 +82,7 @@ void add_light(Options& options, PictureOptions& picture) {
       .in_range(0, max_shadow_size);
   options
       .number(
-          "--ambient", picture.ambient, "FRACTION",
+          "--ambient", picture.ambient_irradiance, "FRACTION",
           "Even light from all sides, as a fraction of what white reflects that faces a light of intensity 1")
       .in_range(0, 1e6);
   options
@@ -143,7 +143,7 @@ Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& ow
   Look look;
   look.lights = picture.lights.empty() ? own : picture.lights;
   look.lights_in_camera_frame = !picture.lights.empty() && picture.lights_in_camera_frame;
-  std::string& name = look.name = picture.environment;
+  std::string& name = look.environment_name = picture.environment;
   if (name.empty()) name = is_swatch || !picture.lights.empty() ? "none" : "studio";
   const bool is_fill = picture.environment.empty() && name != "none" && !own.empty();
   EnvironmentOptions around = picture.environment_options;
@@ -158,7 +158,8 @@ Result<Look> look_of(const PictureOptions& picture, const std::vector<Light>& ow
     look.lights = key_and_fill_lights();
     look.lights_in_camera_frame = true;
   }
-  look.light.smooth_light.coefficients[0] += V3f(static_cast<float>(picture.ambient * std::numbers::inv_pi));
+  look.light.smooth_light.coefficients[0] +=
+      V3f(static_cast<float>(picture.ambient_irradiance * std::numbers::inv_pi));
   look.display = look.environment && !is_fill ? environment_display() : picture.display;
   if (picture.has_background) look.display.background = picture.display.background;
   if (picture.tone_curve) look.display.tone_curve = *picture.tone_curve;

@@ -28,11 +28,11 @@ struct PictureOptions {
   std::optional<double> exposure;
   std::optional<ToneCurve> tone_curve;
   bool has_background = false;                ///< of `display`
-  double ambient = 0;                         ///< radiance from all sides, times pi
+  double ambient_irradiance = 0;              ///< radiance from all sides, times pi
   int shadow_map_size = default_shadow_size;  ///< texels per side of maps of scenes; 0: no maps
   LevelOptions levels;
   int layers = RenderOptions{}.layers;
-  int image_memory_mib = CellImageOptions{}.memory >> 20;  ///< MiB
+  int image_memory_mib = CellImageOptions{}.memory_bytes >> 20;  ///< MiB
   std::string environment;  ///< a picture of radiance, "studio" or "none"; empty: what suits the input
   EnvironmentOptions environment_options;  ///< of it
   bool has_backdrop = false;               ///< it is shown, too
@@ -55,7 +55,7 @@ void check_picture(const Options& options, const PictureOptions& picture);
 
 /// Lights and display of a picture, with the defaults for the input.
 struct Look {
-  std::string name;                                ///< of the environment, as its option has it
+  std::string environment_name;                    ///< of the environment, as its option has it
   std::shared_ptr<const Environment> environment;  ///< null: none
   EnvironmentLight light;                          ///< of the environment and --ambient
   std::vector<Light> lights;                       ///< of the options or the scene; may be in camera axes

@@ -70,11 +70,11 @@ Drawn draw(const Shot& shot, PictureGoal goal, const std::vector<AtomicFile>& fi
       const auto picture =
           value_or_throw(draw_for_goal(*renderer, goal, options, camera, options, frame, stats));
       if (is_first) drawn.picture = picture;
-      if (!goal.seconds) options.cells.samples = image_samples(picture.supersample);
+      if (!goal.seconds) options.cells.samples_per_pixel_side = image_samples(picture.supersample);
     } else {
       value_or_throw(renderer->draw(camera, options, frame, stats));
     }
-    add(stats, drawn.stats);
+    accumulate(stats, drawn.stats);
     drawn.brightest = std::max(drawn.brightest, brightest(frame, shot.look.display));
     Stopwatch watch;
     for (std::size_t i = 0; i < files_per_frame; ++i, ++file) {
@@ -201,9 +201,10 @@ Result<int> run(const RenderCommand& command) {
   all["remarks"] = remarks;
   const auto environment =
       shot.look.environment ? shot.look.environment->remarks : std::vector<std::string>();
-  for (const std::string& remark : environment) all["remarks"].push_back(shot.look.name + ": " + remark);
+  for (const std::string& remark : environment)
+    all["remarks"].push_back(shot.look.environment_name + ": " + remark);
   report_remarks(command.common, "note", remarks);
-  report_remarks(command.common, shot.look.name, environment);
+  report_remarks(command.common, shot.look.environment_name, environment);
   all["seconds"]["read"] = read;
   all["seconds"]["write"] = drawn.write_seconds;
   all["seconds"]["total"] = watch.seconds();

@@ -44,7 +44,7 @@ void add_drawing(Options& options, RenderCommand& command) {
 }
 
 void add_swatch(Options& options, RenderCommand& command) {
-  options.group("Swatch (fabric files)");
+  options.begin_group("Swatch (fabric files)");
   SwatchOptions& swatch = command.picture.swatch;
   add_repeats(options, swatch);
   options.number("--pixels-per-texel", swatch.pixels_per_texel, "N", "Size of a texel of the level");
@@ -84,10 +84,10 @@ void declare_render(Options& options, RenderCommand& command) {
       .number("--turntable", command.turntable, "N",
               "Draw N frames once around a scene: name-0001.png and so on, all of them or none")
       .in_range(1, 9999);
-  options.group("Camera (scenes)");
+  options.begin_group("Camera (scenes)");
   add_camera(options, picture.camera);
   options.number("--distance", picture.camera.distance, "METRES", "Metres from that point");
-  options.group("Choices (scenes)");
+  options.begin_group("Choices (scenes)");
   options.text("--camera", command.file_camera, "NAME|N",
                "A camera of the file, by name or number (default: one that shows all cloth)");
   add_scene_choice(options, command.choice);

@@ -12,7 +12,7 @@ namespace {
 /// The swatch of a fabric file; adds the lights of its place to `own_lights`.
 void read_swatch(const RenderCommand& command, Shot& shot, std::vector<Light>& own_lights) {
   auto reader = value_or_throw(FabricReader::open(command.picture.input));
-  MemoryAccount memory(command.picture.limits.document.memory);
+  MemoryBudget memory(command.picture.limits.document.memory);
   const Fabric& fabric = shot.fabrics.emplace_back(value_or_throw(load_fabric(reader, memory)));
   Swatch swatch;
   if (command.place) {
@@ -26,8 +26,8 @@ void read_swatch(const RenderCommand& command, Shot& shot, std::vector<Light>& o
   shot.scene = std::move(swatch.scene);
   shot.scene.file = command.picture.input;
   shot.scene.fabrics.emplace_back().name = command.picture.input;
-  shot.scene.memory_left = memory.remaining_bytes();
-  shot.fabric_memory = memory.limit() - memory.remaining_bytes();
+  shot.scene.memory_left = memory.unspent_bytes();
+  shot.fabric_memory = memory.limit() - memory.unspent_bytes();
   shot.options.width = swatch.width;
   shot.options.height = swatch.height;
   shot.options.layers = 1;
@@ -65,8 +65,8 @@ Shot read_shot(const RenderCommand& command) {
   shot.options.width = command.size.x;
   shot.options.height = command.size.y;
   shot.options.levels = command.picture.levels;
-  shot.options.cells.samples = image_samples(command.render.supersample);
-  shot.options.cells.memory = std::size_t{1} * command.picture.image_memory_mib << 20;
+  shot.options.cells.samples_per_pixel_side = image_samples(command.render.supersample);
+  shot.options.cells.memory_bytes = std::size_t{1} * command.picture.image_memory_mib << 20;
   shot.options.layers = command.picture.layers;
   std::vector<Light> own_lights;
   if (has_ending(command.picture.input, ".exr")) {
@@ -83,7 +83,7 @@ Shot read_shot(const RenderCommand& command) {
     memory -= std::min(memory, shot.look.environment->radiance.size() * environment_bytes_per_pixel);
   shot.options.shadow_map_size = shot.look.shadow_map_size;
   if (shot.look.has_smooth_light()) shot.options.smooth_light = shot.look.light.smooth_light;
-  shot.options.mirrored_ambient = static_cast<float>(command.picture.ambient);
+  shot.options.mirrored_ambient_irradiance = static_cast<float>(command.picture.ambient_irradiance);
   shot.options.environment = shot.look.environment;
   if (command.picture.has_backdrop) shot.options.backdrop_roughness = command.picture.backdrop_roughness;
   return shot;

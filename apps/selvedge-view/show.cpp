@@ -36,10 +36,10 @@ void declare(Options& options, ShowCommand& command) {
   options.text("--screenshot", command.screenshot, "FILE", "Write the window as it was when it closed")
       .ends_in({".png"})
       .writes();
-  options.group("Camera (scenes)");
+  options.begin_group("Camera (scenes)");
   add_camera(options, picture.camera);
   options.number("--distance", picture.camera.distance, "METRES", "Metres from that point");
-  options.group("Swatch (fabric files)");
+  options.begin_group("Swatch (fabric files)");
   picture.swatch.repeats = V2i(4, 4);
   add_repeats(options, picture.swatch);
   add_light(options, picture);
@@ -74,7 +74,7 @@ ShowState first_state(const ShowCommand& command, const Window& window, const Sh
   state.display = look.display;
   state.lights = std::move(look.lights);
   state.lights_in_camera_frame = look.lights_in_camera_frame;
-  state.ambient = static_cast<float>(command.picture.ambient);
+  state.ambient_irradiance = static_cast<float>(command.picture.ambient_irradiance);
   state.has_backdrop = command.picture.has_backdrop;
   state.backdrop_roughness = command.picture.backdrop_roughness;
   if (look.environment) {
@@ -83,10 +83,10 @@ ShowState first_state(const ShowCommand& command, const Window& window, const Sh
     state.environment_turn = static_cast<float>(around.turn_degrees);
     state.environment_strength = static_cast<float>(around.strength);
     state.environment = 0;
-    offer(look.name, plain, state);
-    report_remarks(command.common, look.name, plain.remarks);
+    offer(look.environment_name, plain, state);
+    report_remarks(command.common, look.environment_name, plain.remarks);
   }
-  if (look.name != "studio") offer("studio", studio_environment(), state);
+  if (look.environment_name != "studio") offer("studio", studio_environment(), state);
   state.shadow_map_size = look.shadow_map_size;
   state.levels = command.picture.levels;
   state.layers = command.picture.layers;

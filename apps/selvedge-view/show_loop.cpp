@@ -18,7 +18,7 @@ Json json_of(const PixelProbe& probe, const std::vector<std::string>& fabrics) {
     texels.push_back({{"level", t.level}, {"texel", t.texel}, {"weight", t.weight}});
   Json fabric;
   if (probe.fabric >= 0) fabric = fabrics[probe.fabric];
-  return {{"pixel", probe.pixel},      {"back", probe.back},
+  return {{"pixel", probe.pixel},      {"back", probe.is_back},
           {"fabric", fabric},          {"uv", probe.uv},
           {"texels", texels},          {"view", probe.to_viewer},
           {"lights", probe.to_lights}, {"radiance", probe.radiance},
@@ -53,7 +53,7 @@ std::string command_of(const std::string& input, const std::vector<Light>& own, 
   add("--path", path_names[state.path]);
   if (state.levels.forced_level >= 0) add("--level", state.levels.forced_level);
   add("--layers", state.layers);
-  if (state.image_memory_bytes != CellImageOptions{}.memory)
+  if (state.image_memory_bytes != CellImageOptions{}.memory_bytes)
     add("--image-memory", state.image_memory_bytes >> 20);
   // The lights of `render` without options.
   const bool in_environment = state.environment >= 0;
@@ -82,7 +82,7 @@ std::string command_of(const std::string& input, const std::vector<Light>& own, 
   } else {
     add("--environment", "none");
   }
-  add("--ambient", state.ambient);
+  add("--ambient", state.ambient_irradiance);
   add("--shadows", state.shadow_map_size);
   if (camera.projection == Projection::parallel) line += " --orthographic";
   add("--exposure", state.display.exposure);
@@ -163,14 +163,15 @@ bool ShowLoop::step() {
   // Steps of the wheel move towards the point under the cursor, which stays there.
   if (input.wheel > 0 && cursor && cursor == aimed_) input.cursor_point = aim_;
   const double aspect = static_cast<double>(size.x) / size.y;
-  Change change = std::max(pending_, apply(input, aspect, picture_->scene_diagonal, state_));
-  pending_ = Change::none;
-  const PanelInfo info{*picture_, state_.probes ? probe_ : no_probe_, offers_, window_.poll_keys(), message_};
+  Redraw change = std::max(pending_, apply(input, aspect, picture_->scene_diagonal, state_));
+  pending_ = Redraw::none;
+  const PanelInfo info{*picture_, state_.shows_probe ? probe_ : no_probe_, offers_, window_.poll_keys(),
+                       message_};
   const PanelRequest request = panel_.edit(info, state_);
-  change = std::max(change, request.change);
+  change = std::max(change, request.redraw);
   if (request.resets_camera) {
     state_.camera = first_camera_;
-    change = std::max(change, Change::frame);
+    change = std::max(change, Redraw::frame);
   }
   const std::string stem = std::filesystem::path(input_).stem().string();
   if (request.saves_picture) background_.save_picture(stem);
@@ -187,12 +188,12 @@ bool ShowLoop::step() {
   for (const std::string& path : files) background_.add_file(path);
   if (!files.empty()) finished_ = false;
   // Steps of the wheel leave the point under the cursor where it is; nothing else does.
-  if (change >= Change::frame && input.wheel == 0) aimed_.reset();
+  if (change >= Redraw::frame && input.wheel == 0) aimed_.reset();
   // The last probe stays while the mouse is on the panel or turns the view.
   const std::optional<V2d> probed = cursor && !panel_.is_mouse_pressed() ? cursor : requested_probe_;
-  if (change != Change::none || size != requested_size_ || probed != requested_probe_)
+  if (change != Redraw::none || size != requested_size_ || probed != requested_probe_)
     send_request(change, size, probed);
-  if (change != Change::none) settling_ = frames_to_settle;
+  if (change != Redraw::none) settling_ = frames_to_settle;
   constexpr std::array<GLfloat, 4> black{0, 0, 0, 1};
   gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
   gl_.ClearNamedFramebufferfv(0, GL_COLOR, 0, black.data());
@@ -209,7 +210,7 @@ std::string ShowLoop::command() const {
   return command_of(input_, picture_->own_lights, state_, requested_size_);
 }
 
-void ShowLoop::send_request(Change change, const V2i& size, const std::optional<V2d>& probed) {
+void ShowLoop::send_request(Redraw change, const V2i& size, const std::optional<V2d>& probed) {
   request_number_ = background_.request({state_, change, size, probed, generation_});
   requested_size_ = size;
   requested_probe_ = probed;
@@ -223,10 +224,10 @@ void ShowLoop::receive() {
   for (const auto& environment : update.environments) {
     state_.environments.push_back(environment);
     state_.environment = static_cast<int>(state_.environments.size()) - 1;
-    pending_ = Change::frame;
+    pending_ = Redraw::frame;
   }
   for (OfferedFabric& offer : update.offers) {
-    const auto& made = offers_.emplace_back(std::make_unique<ShownOffer>(std::move(offer.path), gl_));
+    const auto& made = offers_.emplace_back(std::make_unique<OfferThumbnail>(std::move(offer.path), gl_));
     made->picture.load(thumbnail_side, thumbnail_side, offer.picture.data());
   }
   if (update.garment) {
@@ -242,7 +243,7 @@ void ShowLoop::receive() {
     state_.hidden_fabrics.clear();
   }
   if (update.state || update.garment || update.worn_fabrics) {
-    pending_ = Change::frame;
+    pending_ = Redraw::frame;
     aimed_.reset();
   }
   generation_ = update.generation;
@@ -251,7 +252,7 @@ void ShowLoop::receive() {
     aimed_ = update.probed_point;
     aim_ = update.probe->position;
   }
-  finished_ = update.is_finished && pending_ == Change::none;
+  finished_ = update.is_finished && pending_ == Redraw::none;
   if (!update.picture) return;
   picture_ = update.picture;
   shown_.load(picture_->width, picture_->height, picture_->bytes.data());

@@ -27,7 +27,7 @@ class ShowLoop {
   bool step();
   /// The command line of the picture; empty for a fabric.
   std::string command() const;
-  void send_request(Change change, const V2i& size, const std::optional<V2d>& probed);
+  void send_request(Redraw change, const V2i& size, const std::optional<V2d>& probed);
   /// Updates by the thread of the picture.
   void receive();
 
@@ -35,7 +35,7 @@ class ShowLoop {
   Window& window_;
   PictureThread& background_;
   const GlFunctions& gl_;
-  std::vector<std::unique_ptr<ShownOffer>> offers_;
+  std::vector<std::unique_ptr<OfferThumbnail>> offers_;
   std::string input_;  ///< the garment or fabric that is shown
   CameraOptions first_camera_;
   ShowState state_;
@@ -43,7 +43,7 @@ class ShowLoop {
   ScreenTexture shown_;
   std::shared_ptr<const ShownPicture> picture_ = std::make_shared<const ShownPicture>();
   V2i window_size_{0, 0};
-  Change pending_ = Change::scene;
+  Redraw pending_ = Redraw::scene;
   V2i requested_size_{0, 0};
   std::optional<V2d> requested_probe_;
   int generation_ = 0;

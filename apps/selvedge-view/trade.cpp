@@ -248,7 +248,7 @@ Result<int> run(const TradeCommand& command) {
   for (const std::string& stitch : stitches) {
     const auto done = static_cast<double>(sections.size());
     const auto tell = [&, show = progress.callback()](const std::string& note, double fraction) {
-      progress.note(stitch + ": " + note);
+      progress.print_note(stitch + ": " + note);
       if (show) show((done + fraction) / static_cast<double>(stitches.size()));
     };
     sections.push_back(measured(command, stitch, truths[sections.size()], tell));

@@ -58,7 +58,7 @@ std::string mark(const std::string& fabric, const std::string& drawn, double x, 
 
 std::string text(double x, double y, const char* anchor, const std::string& words) {
   return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\">{}</text>", x, y, anchor,
-                     escaped(words));
+                     escape_html(words));
 }
 
 /// A panel of the plot over a member of the rows.
@@ -159,22 +159,22 @@ std::string trade_page(const std::string& words, const std::vector<TradeSection>
   std::string page = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta "
       "charset=\"utf-8\"><title>The trade</title>\n{}</head><body>\n<p>{}</p>\n",
-      style, escaped(words));
+      style, escape_html(words));
   for (const auto& [stitch, rows, pictures] : sections) {
-    page += fmt::format("<h1>{}: the trade</h1>\n{}<table>\n<tr>", escaped(stitch), trade_plot(rows));
+    page += fmt::format("<h1>{}: the trade</h1>\n{}<table>\n<tr>", escape_html(stitch), trade_plot(rows));
     for (const Column& column : columns) page += fmt::format("<th>{}</th>", column.heading);
     int pixels = 0;
     for (const Json& row : rows) {
       page += row["pixels"] == pixels ? "</tr>\n<tr>" : "</tr>\n<tr class=\"first\">";
       pixels = row["pixels"];
       for (const Column& column : columns)
-        page += fmt::format("<td>{}</td>", escaped(fill_pattern(column.pattern, row)));
+        page += fmt::format("<td>{}</td>", escape_html(fill_pattern(column.pattern, row)));
     }
     page += "</tr>\n</table>\n<div>\n";
     for (const TradePicture& picture : pictures)
       page += fmt::format(
           "<figure><img alt=\"\" src=\"data:image/png;base64,{}\"><figcaption>{}</figcaption></figure>\n",
-          base64(picture.png), escaped(picture.caption));
+          base64(picture.png), escape_html(picture.caption));
     page += "</div>\n";
   }
   return page + "</body></html>\n";

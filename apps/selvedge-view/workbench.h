@@ -11,19 +11,19 @@
 namespace selvedge {
 
 /// A folder of temporary files, which the destructor removes. Throws Failure.
-class Workbench {
+class TemporaryFolder {
  public:
-  Workbench() : folder_((std::filesystem::temp_directory_path() / "selvedge-view-XXXXXX").string()) {
+  TemporaryFolder() : folder_((std::filesystem::temp_directory_path() / "selvedge-view-XXXXXX").string()) {
     if (mkdtemp(folder_.data()) == nullptr)
       throw Failure{{Code::file_unwritable, folder_, "", "cannot be made"}};
   }
-  Workbench& operator=(Workbench&&) = delete;
-  ~Workbench() {
+  TemporaryFolder& operator=(TemporaryFolder&&) = delete;
+  ~TemporaryFolder() {
     std::error_code ignored;
     std::filesystem::remove_all(folder_, ignored);
   }
 
-  std::string next(const char* ending) { return fmt::format("{}/{}{}", folder_, ++count_, ending); }
+  std::string next_path(const char* ending) { return fmt::format("{}/{}{}", folder_, ++count_, ending); }
 
  private:
   std::string folder_;

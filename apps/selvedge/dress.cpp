@@ -100,7 +100,7 @@ void declare(Options& options, DressCommand& command) {
   static constexpr std::array<std::string_view, 3> unwrappings{"auto", "always", "never"};
   options.choice("--unwrap", unwrappings, dress.unwrap,
                  "New texture coordinates, charts in true size, where the garment's are useless");
-  options.set_flag("--no-fallback", dress.fallback, false, "Do not change the core material");
+  options.set_flag("--no-fallback", dress.has_fallback, false, "Do not change the core material");
   options
       .text("--usda", dress.usd_path, "FILE",
             "Also this USD layer (.usda): the garment, its fallback, and the fabric's name")
@@ -120,22 +120,23 @@ Result<int> run(const DressCommand& command) {
   for (const DressedMaterial& m : dressed.materials) {
     materials.push_back({{"index", m.index},
                          {"name", m.name},
-                         {"primitives", m.primitives},
+                         {"primitives", m.primitive_count},
                          {"repeats", m.repeats},
-                         {"metresPerUv", m.size.metres_per_uv},
-                         {"metresPerUvLow", m.size.metres_per_uv_p5},
-                         {"metresPerUvHigh", m.size.metres_per_uv_p95},
-                         {"stretched", m.size.stretched_fraction},
-                         {"withoutUvs", m.size.fraction_without_uvs},
-                         {"kept", m.kept},
-                         {"replaced", m.replaced}});
+                         {"metresPerUv", m.uv_size.metres_per_uv},
+                         {"metresPerUvLow", m.uv_size.metres_per_uv_p5},
+                         {"metresPerUvHigh", m.uv_size.metres_per_uv_p95},
+                         {"stretched", m.uv_size.stretched_fraction},
+                         {"withoutUvs", m.uv_size.fraction_without_uvs},
+                         {"kept", m.kept_members},
+                         {"replaced", m.replaced_members}});
     if (const auto made = dressed.unwrap_reports.find(m.index); made != dressed.unwrap_reports.end())
       unwrapped.push_back(
-          {{"index", m.index}, {"charts", made->second.chart_count}, {"stretch", m.size.stretch_p95}});
+          {{"index", m.index}, {"charts", made->second.chart_count}, {"stretch", m.uv_size.stretch_p95}});
   }
   Json variants = Json::array();
   for (const VariantMaterial& v : dressed.variants) {
-    variants.push_back({{"name", v.variant}, {"index", v.index}, {"of", v.base}, {"repeats", v.repeats}});
+    variants.push_back(
+        {{"name", v.variant}, {"index", v.index}, {"of", v.base_material}, {"repeats", v.repeats}});
     if (v.tint) variants.back()["tint"] = *v.tint;
   }
   const Json json{{"output", command.output}, {"bytes", dressed.bytes},

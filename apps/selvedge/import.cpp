@@ -55,7 +55,7 @@ Result<int> run(const ImportCommand& command) {
                      {"bytes", file_size_or_zero(command.output)},
                      {"seconds", r.seconds},
                      {"pictures", r.picture_count},
-                     {"heldOut", r.held_out},
+                     {"heldOut", r.held_out_count},
                      {"texels", r.texels},
                      {"mmPerRepeat", r.period_mm},
                      {"repeats", r.repeats},

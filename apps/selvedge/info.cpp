@@ -58,7 +58,7 @@ std::string recipe_text(const Json& recipe) {
 Info fabric_info(const std::string& path, const SceneLimits& limits) {
   const auto reader = value_or_throw(FabricReader::open(path, {.memory = limits.document.memory}));
   const FabricHeader& header = reader.header();
-  Json content = Json::parse(reader.text());
+  Json content = Json::parse(reader.header_text());
   Json layers = Json::array();
   for_each_side(header, [&](const FabricHeader& side) {
     for (const LayerKind kind : all_layers) {

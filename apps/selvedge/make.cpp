@@ -110,7 +110,7 @@ std::string fit_text(const Json& fit) {
 
 void add_bake(Options& options, MakeCommand& command) {
   BakeOptions& bake = command.options.bake;
-  options.group("Bake");
+  options.begin_group("Bake");
   const std::string texels = fmt::format("Texels of one repeat [{}x{}]", bake.width, bake.height);
   options.text("--texels", "N|WxH", texels, [&bake](const std::string& t) {
     const auto n = parse_integer_list("--texels", t, 'x', 1, 2, "32 or 32x16");
@@ -153,7 +153,7 @@ void add_bake(Options& options, MakeCommand& command) {
 }
 
 void add_fit(Options& options, MakeCommand& command) {
-  options.group("Fit");
+  options.begin_group("Fit");
   options.number("--lobes", command.options.fit.lobes, "N", "Lafortune lobes per texel")
       .in_range(0, 16)
       .advanced();
@@ -165,7 +165,7 @@ void add_fit(Options& options, MakeCommand& command) {
 
 /// Declares --quality, which sets the options that are not given.
 void add_quality(Options& options, MakeCommand& command) {
-  options.group("");
+  options.begin_group("");
   options.choice(
       "--quality", quality_names,
       fmt::format("draft: quick; paper: the paper's model; other options win over it [{}]", command.quality),
@@ -283,7 +283,7 @@ Baked bake_cell(const MakeCommand& command) {
   const YarnData& yarns = cell.yarn ? cell.yarn->yarns : cell.mesh.yarns;
   const V2d& period = cell.yarn ? cell.yarn->period : cell.mesh.period;
   if (cell.stitch && !yarns.curves.empty()) {
-    const auto sheet = reading(command.input, [&] { return sheet_of(*cell.stitch, yarns, period); });
+    const auto sheet = with_file_name(command.input, [&] { return sheet_of(*cell.stitch, yarns, period); });
     if (options.stores_yarns || sheet) provenance["sheet"] = value_or_throw(sheet);
   }
   if (cell.stitch) provenance["recipe"] = recipe_of(provenance["stitch"], *cell.stitch, command.recipe);

@@ -47,7 +47,7 @@ Option add_cell(Options& options, std::string& input, CellOptions& cell) {
               "Stitches: marching cubes along the longer period (0: as the yarns need)")
       .advanced();
   add_settings(options, cell);
-  options.group("Meshes from files");
+  options.begin_group("Meshes from files");
   MeshImportOptions& import = cell.import;
   options.text("--period", "WxH", "Size of one repeat, mm, such as 5x4 (guessed)",
                [&import](const std::string& t) {
@@ -64,7 +64,7 @@ Option add_cell(Options& options, std::string& input, CellOptions& cell) {
       .advanced();
   options.vector("--albedo", import.albedo, "R,G,B", "Linear, where the file has no colours (0.5,0.5,0.5)")
       .advanced();
-  options.group("");
+  options.begin_group("");
   return option;
 }
 

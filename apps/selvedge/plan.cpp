@@ -37,7 +37,7 @@ void declare(Options& options, PlanCommand& command) {
   options.size("--size", command.size, "Size of the frame in pixels", 1, 1 << 20);
   add_scene_choice(options, command.choice);
   add_limits(options, command.limits);
-  options.group("Camera, as of selvedge-view render");
+  options.begin_group("Camera, as of selvedge-view render");
   options.list(
       "--camera", command.cameras, "NAME|N",
       "A camera of the file, by name or number; may be repeated (default: all cameras of the file, or "

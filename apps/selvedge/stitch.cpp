@@ -107,7 +107,7 @@ Result<int> run(const StitchCommand& command) {
                 ? ", yarns touch"
                 : fmt::format(", yarns {} {:.2g} mm", clearance < 0 ? "overlap by" : "are apart by",
                               std::abs(clearance));
-    const auto numbers = value_or_throw(reading(
+    const auto numbers = value_or_throw(with_file_name(
         command.input, [&] { return textile_numbers(cell.stitch->pattern, cell.stitch->stitch_count); }));
     json["tex"] = numbers.tex;
     json["tightness"] = numbers.tightness;

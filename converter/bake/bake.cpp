@@ -30,7 +30,7 @@ YarnData stored_yarns(const CellMesh& mesh, BakeReport& report) {
   if (!mesh.yarns.curves.empty()) return mesh.yarns;
   FoundYarns found = find_yarns(mesh);
   YarnData lit = found.yarns;
-  lit.light.resize(std::size_t{light_values_per_station} * counts_of(lit).stations);
+  lit.station_light.resize(std::size_t{light_values_per_station} * counts_of(lit).stations);
   const bool stored = found.explained_fraction >= min_fraction && validate(lit, V2f(mesh.period)).has_value();
   if (!stored || found.explained_fraction < fraction_without_remark) {
     report.remarks.push_back(fmt::format("{:.0f} % of the surface is not round yarn: {}",
@@ -74,7 +74,7 @@ PairSamples bake_pairs(const TexelBaker& baker, const BakeOptions& o, const Samp
 YarnData lit_yarns(const YarnCell& cell, const BakeOptions& o, const SamplesHeader& header,
                    BakeReport& report) {
   YarnData yarns = cell.yarns;
-  yarns.light.assign(std::size_t{light_values_per_station} * counts_of(yarns).stations, 0);
+  yarns.station_light.assign(std::size_t{light_values_per_station} * counts_of(yarns).stations, 0);
   value_or_throw(validate(yarns, header.period_mm));
   LineLightOptions lines{o.both_sides};
   if (o.has_coarse_light) {
@@ -86,7 +86,7 @@ YarnData lit_yarns(const YarnCell& cell, const BakeOptions& o, const SamplesHead
   auto stored = value_or_throw(
       yarns_from_values(curve_values(yarns), indirect_values(yarns), header.yarns, header.period_mm));
   if (header.both_sides)
-    stored.through = light_from_values(indirect_values(yarns, true), header.yarns.stations);
+    stored.light_through = light_from_values(indirect_values(yarns, true), header.yarns.stations);
   value_or_throw(validate(stored, header.period_mm));
   return stored;
 }
@@ -188,7 +188,7 @@ Baked baked_yarn(const YarnCell& cell, const std::string& name, const BakeOption
   o.bounces = unlimited_bounces;
   value_or_throw(check_options(o, name));
   for (int* points : {&o.samples, &o.truth_samples})
-    *points = points_of_texel(V2i(o.width, o.height), *points);
+    *points = points_per_texel(V2i(o.width, o.height), *points);
   const double plane = plane_height_fraction * cell.thickness;
   Baked baked;
   Samples& samples = baked.samples;

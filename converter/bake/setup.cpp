@@ -99,8 +99,8 @@ std::string digest_of(const CellMesh& mesh) {
   add(mesh.fibre_directions, digest);
   add(mesh.gloss, digest);
   add(mesh.triangles, digest);
-  if (!mesh.places.empty()) {
-    add(mesh.places, digest);
+  if (!mesh.yarn_places.empty()) {
+    add(mesh.yarn_places, digest);
     add(curve_values(mesh.yarns), digest);
   }
   add(mesh.transmission, digest);

@@ -134,7 +134,7 @@ void TexelBaker::light_directly(const Packet& packet, const PointPacket& points,
   if (hits == 0) return;
   Reflecting r;
   const bool glossy = !scene_.mesh().gloss.empty();
-  const bool varied = !scene_.mesh().places.empty() || scene_.is_translucent();
+  const bool varied = !scene_.mesh().yarn_places.empty() || scene_.is_translucent();
   for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
     const int i = std::countr_zero(remaining);
     V3f normal = points[i].face_normal;
@@ -169,7 +169,7 @@ void TexelBaker::light_directly(const Packet& packet, const PointPacket& points,
     for (std::size_t i = 0; i < packet_size; ++i) facing |= (cosine[i] > 0 ? 1U : 0U) << i;
     facing &= hits;
     if (facing == 0) continue;
-    const std::uint32_t lit = facing & ~scene_.occluded(leaving, light, facing);
+    const std::uint32_t lit = facing & ~scene_.is_occluded(leaving, light, facing);
     GlossPacket::Lanes gloss{};
     GlossPacket::Lanes body;
     body.fill(std::numbers::inv_pi_v<float>);

@@ -28,7 +28,7 @@ PixelSum trace_half(const SwatchShot& shot, const TruthOptions& options, const T
         shot.camera, {2 * (x + within.x) / shot.width - 1, 1 - 2 * (y + within.y) / shot.height});
     if (!ray) continue;
     PathSampler sampler(i, paths);
-    std::ranges::fill(lights.radiance, V3d(0, 0, 0));
+    std::ranges::fill(lights.unit_radiances, V3d(0, 0, 0));
     trace(*ray, sampler, lights, sum);
   }
   return sum;
@@ -36,10 +36,10 @@ PixelSum trace_half(const SwatchShot& shot, const TruthOptions& options, const T
 
 }  // namespace
 
-PathLights::PathLights(const std::vector<Light>& lights) : radiance(lights.size()) {
+PathLights::PathLights(const std::vector<Light>& lights) : unit_radiances(lights.size()) {
   for (const Light& light : lights) {
     directions.emplace_back(light.direction.normalized());
-    irradiance.emplace_back(light.irradiance);
+    irradiances.emplace_back(light.irradiance);
   }
 }
 

@@ -19,10 +19,11 @@ struct PixelSum {
 struct PathLights {
   explicit PathLights(const std::vector<Light>& lights);
   std::vector<V3f> directions;
-  std::vector<V3d> irradiance;
-  std::vector<V3d> radiance;
+  std::vector<V3d> irradiances;
+  std::vector<V3d> unit_radiances;
   void add_to(PixelSum& sum, double factor = 1) const {
-    for (std::size_t l = 0; l < radiance.size(); ++l) sum.radiance += radiance[l] * irradiance[l] * factor;
+    for (std::size_t l = 0; l < unit_radiances.size(); ++l)
+      sum.radiance += unit_radiances[l] * irradiances[l] * factor;
   }
 };
 

@@ -13,7 +13,7 @@ namespace {
 class Varied {
  public:
   explicit Varied(const CellMesh& mesh) : mesh_(mesh) {
-    if (!mesh.places.empty()) yarns_.emplace(mesh.yarns, V2f(mesh.period));
+    if (!mesh.yarn_places.empty()) yarns_.emplace(mesh.yarns, V2f(mesh.period));
   }
   /// The ray where the cell is met that lies at its point.
   SwatchHit placed(const SwatchHit& ray) const {
@@ -25,7 +25,7 @@ class Varied {
   /// The factor at the point that a placed ray meets.
   double factor(const SwatchHit& ray, const SurfacePoint& point) const {
     if (!yarns_) return 1;
-    const int curve = mesh_.places[mesh_.triangles[point.triangle].x].curve;
+    const int curve = mesh_.yarn_places[mesh_.triangles[point.triangle].x].curve;
     return static_cast<double>(yarns_->variation_factor(uv_of(ray), curve));
   }
 
@@ -59,8 +59,8 @@ Result<TruthSwatch> trace_swatch(const CellMesh& mesh, const std::string& name, 
       sum.hits += 1;
       const YarnBrdf surface = brdf_at(scene, point);
       for (std::size_t l = 0; l < lights.directions.size(); ++l)
-        lights.radiance[l] += direct_light(scene, point, surface, lights.directions[l], ray.view);
-      tracer.add_indirect(point, ray.view, lights.directions, sampler, lights.radiance);
+        lights.unit_radiances[l] += direct_light(scene, point, surface, lights.directions[l], ray.view);
+      tracer.add_indirect(point, ray.view, lights.directions, sampler, lights.unit_radiances);
       lights.add_to(sum, varied.factor(ray, point));
     };
     TruthSwatch result = draw_truth(shot, options, trace, progress);

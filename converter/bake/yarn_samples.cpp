@@ -93,7 +93,7 @@ struct YarnSampler::SideOfYarn {
   }
 };
 
-int points_of_texel(const V2i& texels, int samples) {
+int points_per_texel(const V2i& texels, int samples) {
   int points = std::max(texels.x * texels.y > many_texels ? min_points_of_many : min_points,
                         static_cast<int>(std::lround(std::sqrt(samples))));
   while (std::min(texels.x, texels.y) * points < min_cell_texels) points *= 2;
@@ -122,7 +122,7 @@ void YarnSampler::sample(const V3f& direction, std::span<const V3f> lights, int 
   view.view = behind ? mirrored(direction) : direction;
   view.size = {texels_ * points, V2i(points, points), points};
   const std::size_t plane = view.size.count();
-  view.rays_per_pixel =
+  view.rays_per_pixel_side =
       side.detail_of(static_cast<float>(plane), side.yarns.period().x / static_cast<float>(texels_.x));
   view.shadow_texels_per_pixel = shadow_texels_per_pixel;
   view.max_piece_pixels = piece_texels;

@@ -16,7 +16,7 @@ namespace selvedge {
 
 /// Points of each texel that the sampler takes if `samples` are wanted: a square, 36 at least (16 of many
 /// texels).
-int points_of_texel(const V2i& texels, int samples);
+int points_per_texel(const V2i& texels, int samples);
 
 class YarnSampler {
  public:
@@ -24,7 +24,7 @@ class YarnSampler {
   YarnSampler(const YarnData& lit, const YarnCell& cell, float plane, const V2i& texels, bool both_sides);
   ~YarnSampler();
 
-  /// Samples of all texels with `samples` points each (points_of_texel()); from behind where view.z < 0.
+  /// Samples of all texels with `samples` points each (points_per_texel()); from behind where view.z < 0.
   /// Noise is the difference of the points' two halves, which lie as the two colours of a checkerboard.
   ViewSamples sample_view(const V3f& view, std::span<const V3f> lights, int samples, NoiseSum& noise) const;
   PairSamples sample_pair(const DirectionPair& pair, int samples, NoiseSum& noise) const;

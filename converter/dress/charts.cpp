@@ -168,7 +168,7 @@ class Cutter {
     for (const auto edge : mesh_.edges()) {
       if (edge.is_boundary()) continue;
       const int a = sets.root(edge.h0().face().idx()), b = sets.root(edge.h1().face().idx());
-      if (labels[a] == labels[b]) sets.join(std::max(a, b), std::min(a, b));
+      if (labels[a] == labels[b]) sets.unite(std::max(a, b), std::min(a, b));
     }
     std::vector<int> part;
     for (int face = 0; face < static_cast<int>(faces_.size()); ++face) part.push_back(sets.root(face));
@@ -206,7 +206,7 @@ class Cutter {
         const int from = joined.root(part);
         const int to = joined.root(longest->first.second);
         if (from == to) continue;  // they have joined each other
-        joined.join(from, to);
+        joined.unite(from, to);
         areas[to] += areas[from];
         again = true;
       }

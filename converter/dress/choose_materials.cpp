@@ -187,7 +187,7 @@ std::string no_cloth_factors(const Json& material) {
 class Chooser {
  public:
   Chooser(const GltfDocument& document, const Scene& scene)
-      : document_(document), uses_(find_material_uses(document.json)), extents_(extents_in(scene)) {
+      : document_(document), uses_(find_material_uses(document.json)), extents_(material_extents(scene)) {
     std::set<PrimitiveIndex> shown;
     for (const ScenePrimitive& p : scene.primitives) shown.emplace(p.mesh, p.primitive_index);
     for (const auto& [material, places] : uses_) {
@@ -200,15 +200,15 @@ class Chooser {
   ChosenMaterials choose(const MaterialChoice& choice) {
     std::set<int> chosen;
     ChosenMaterials result;
-    if (choice.all_cloth) chosen = find_cloth(result.left_alone);
+    if (choice.all_cloth) chosen = find_cloth(result.skipped_materials);
     for (const std::string& selector : choice.materials) chosen.merge(find(selector));
     for (const std::string& selector : choice.excluded_materials) {
       for (const int material : find(selector)) chosen.erase(material);
     }
     if (chosen.empty()) {
       throw Failure{Error{Code::material_missing, document_.file, "/materials",
-                          !result.left_alone.empty()
-                              ? fmt::format("nothing is cloth: {}", fmt::join(result.left_alone, "; "))
+                          !result.skipped_materials.empty()
+                              ? fmt::format("nothing is cloth: {}", fmt::join(result.skipped_materials, "; "))
                           : !choice.excluded_materials.empty() ? "all materials are left alone"
                           : choice.all_cloth                   ? "there are no triangles to dress"
                                                                : "no material is named"}};

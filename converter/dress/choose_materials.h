@@ -16,8 +16,8 @@ struct MaterialChoice {
 };
 
 struct ChosenMaterials {
-  std::vector<int> materials;           ///< at least one
-  std::vector<std::string> left_alone;  ///< a line for each that `all` leaves alone by its name
+  std::vector<int> materials;                  ///< at least one
+  std::vector<std::string> skipped_materials;  ///< a line for each that `all` leaves alone by its name
 };
 
 /// Gives triangles without a material a new one, "fabric".

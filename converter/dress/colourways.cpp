@@ -14,7 +14,7 @@ namespace selvedge {
 
 using namespace names::gltf;
 
-Result<int> add_variant(GltfDocument& document, const std::string& variant) {
+Result<int> add_material_variant(GltfDocument& document, const std::string& variant) {
   list_extension(document.json, variants);  // first: a new member of the root moves the others
   Json& all = document.json["extensions"][variants]["variants"];
   for (const Json& present : all) {

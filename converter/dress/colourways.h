@@ -19,7 +19,7 @@ struct Colourway {
 };
 
 /// Adds a variant to the document's and returns its index. OPTION_OUT_OF_RANGE if one has the name already.
-Result<int> add_variant(GltfDocument& document, const std::string& name);
+Result<int> add_material_variant(GltfDocument& document, const std::string& name);
 
 /// Copies a material under the name "<its own> <variant's>" and returns the index of the copy. In the
 /// variant, places that wear the material by default show the copy; -1, and no copy, without such a place.

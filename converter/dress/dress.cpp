@@ -110,7 +110,7 @@ class Dresser {
     Scene scene = value_or_throw(read_scene(document_, limits_));
     ChosenMaterials chosen = value_or_throw(choose_materials(
         document_, scene, {options_.materials, options_.all_cloth, options_.excluded_materials}));
-    report_.warnings = chosen.left_alone;
+    report_.warnings = chosen.skipped_materials;
     reserve_memory(scene, chosen.materials, corner_price);
     std::map<std::string, double> strays = measure(scene, chosen.materials);
     if (options_.garment_height) {
@@ -171,15 +171,15 @@ class Dresser {
     for (int i = 0; i < static_cast<int>(scene.primitives.size()); ++i) every.insert(i);
     GarmentBounds bounds = robust_bounds(scene, dressed);
     report_.bounds = bounds.box;
-    if (dressed != every) bounds.strays.merge(robust_bounds(scene, every).strays);
-    return std::move(bounds.strays);
+    if (dressed != every) bounds.stray_distances.merge(robust_bounds(scene, every).stray_distances);
+    return std::move(bounds.stray_distances);
   }
 
   /// Takes from the limits what dressing makes of the primitives at most: backings and charts.
   /// Primitives may share their accessors, but get copies of their own.
   void reserve_memory(Scene& scene, const std::vector<int>& materials, std::uint64_t price) {
     constexpr std::uint64_t value_price = 32;  // of a corner in each accessor
-    MemoryAccount account(scene.memory_left);
+    MemoryBudget budget(scene.memory_left);
     std::set<PrimitiveIndex> places;
     for (const int material : materials) places.insert(uses_[material].begin(), uses_[material].end());
     for (const PrimitiveIndex& place : places) {
@@ -194,12 +194,12 @@ class Dresser {
       const auto shape =
           catch_failure([&] { return GltfReader(document_).accessor_shape(index_of(corners), ""); });
       const std::size_t count = shape ? shape->count : 0;
-      if (!account.try_reserve(count, price + value_price * accessors.size()))
+      if (!budget.try_spend(count, price + value_price * accessors.size()))
         throw Failure{memory_limit_error(document_.file, member_pointer(place), "its dressed vertices",
                                          limits_.document.memory)};
     }
-    limits_.document.memory -= scene.memory_left - account.remaining_bytes();
-    scene.memory_left = account.remaining_bytes();
+    limits_.document.memory -= scene.memory_left - budget.unspent_bytes();
+    scene.memory_left = budget.unspent_bytes();
   }
 
   /// Whether the work on a material was done: `all` skips those that cannot be dressed, named ones must be.
@@ -352,8 +352,8 @@ class Dresser {
                 });
 
     const UvSize size = measure_uv(scene, primitives_of(scene, material), set_of(material));
-    dressed.primitives = size.primitives;
-    dressed.size = size;
+    dressed.primitive_count = size.primitives;
+    dressed.uv_size = size;
     DressedUse use{reference_to(cloth_, size, set_of(material)), size};
     dressed.repeats = use.reference.transform.scale;
     if (!(std::abs(dressed.repeats.x) > 0) || !(std::abs(dressed.repeats.y) > 0)) {
@@ -369,9 +369,10 @@ class Dresser {
     KeptMaterialMembers parts = value_or_throw(
         keep_material_members(document_, material, scene, places, options_.color_options, cloth_.albedo()));
     for (const std::string& warning : parts.warnings) report_.warnings.push_back(where + ": " + warning);
-    dressed.kept = std::move(parts.kept);
+    dressed.kept_members = std::move(parts.kept);
     Json& core = document_.json["materials"][material];
-    dressed.replaced = options_.fallback ? std::move(parts.replaced) : drop_lobes(document_, core, true);
+    dressed.replaced_members =
+        options_.has_fallback ? std::move(parts.replaced) : drop_lobes(document_, core, true);
     if (!options_.single_sided) choose_sides(core, where, backed);
     wear(material, cloth_, use);
     dressed_.emplace(material, use);
@@ -407,7 +408,7 @@ class Dresser {
                      fmt::format("invalid texture transform: {}: {}", fault->member, fault->reason)}};
     }
     set_fabric_reference(document_, material, use.reference);
-    if (options_.fallback) write_fallback(material, cloth, use);
+    if (options_.has_fallback) write_fallback(material, cloth, use);
   }
 
   void warn_of_uvs(const std::string& where, const UvSize& size) {
@@ -430,7 +431,7 @@ class Dresser {
   }
 
   void add_colourway(const Colourway& colourway, Cloth& cloth) {
-    const int variant = value_or_throw(add_variant(document_, colourway.name));
+    const int variant = value_or_throw(add_material_variant(document_, colourway.name));
     bool shown = false;
     for (auto& [material, use] : dressed_) {
       const int copy = copy_for_variant(document_, material, uses_[material], variant);

@@ -54,7 +54,7 @@ struct DressOptions {
   std::optional<double> garment_height =
       {};  ///< metres, of the garment from top to bottom, instead of `metres_per_unit`
   std::optional<bool> embed = {};  ///< the fabric goes into the glTF; default: yes for .glb, no for .gltf
-  bool fallback = true;
+  bool has_fallback = true;
   int tex_coord = 0;          ///< 0 or 1
   SceneLimits limits = {};    ///< of the garment
   std::string usd_path = {};  ///< also write this .usda layer and its files beside it (usd.h)
@@ -63,18 +63,18 @@ struct DressOptions {
 struct DressedMaterial {
   int index = 0;
   std::string name;
-  int primitives = 0;  ///< in the scene with this material (or with it in a variant)
-  V2d repeats{0, 0};   ///< the scale that was written
-  UvSize size;
-  std::vector<std::string> kept;  ///< of the garment's material
-  std::vector<std::string> replaced;
+  int primitive_count = 0;  ///< in the scene with this material (or with it in a variant)
+  V2d repeats{0, 0};        ///< the scale that was written
+  UvSize uv_size;
+  std::vector<std::string> kept_members;  ///< of the garment's material
+  std::vector<std::string> replaced_members;
 };
 
 /// A copy of a dressed material for a colourway.
 struct VariantMaterial {
   std::string variant;
   int index = 0;
-  int base = 0;  ///< the material that it is a copy of
+  int base_material = 0;  ///< the material that it is a copy of
   V2d repeats{0, 0};
   std::optional<V3f> tint = {};  ///< of a colourway by colour
 };

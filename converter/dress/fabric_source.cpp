@@ -43,7 +43,7 @@ std::vector<std::string> outside_warnings(const GltfDocument& document, const st
   IssueSink issues(output_path);
   find_outside_uris(document, issues);
   std::vector<std::string> warnings;
-  for (const Error& issue : issues.take()) {
+  for (const Error& issue : issues.take_issues()) {
     const bool moves_in = issue.place.starts_with("/buffers/") ||
                           (issue.place.starts_with("/images/") && has_ending(output_path, ".glb"));
     if (!moves_in) warnings.push_back(fmt::format("{}: {}", issue.place, issue.message));

@@ -87,7 +87,7 @@ int find_or_add_image(GltfDocument& document, const std::vector<std::uint8_t>& b
   const Json& images = array_member(document.json, "images");
   for (std::size_t i = 0; i < images.size(); ++i) {
     const auto present = catch_failure(
-        [&] { return GltfReader(document).bytes(index_of(member(images[i], "bufferView")), ""); });
+        [&] { return GltfReader(document).view_bytes(index_of(member(images[i], "bufferView")), ""); });
     if (present && std::ranges::equal(*present, bytes)) return static_cast<int>(i);
   }
   const int view = append_view(document, bytes);

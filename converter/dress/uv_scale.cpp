@@ -182,7 +182,7 @@ GarmentBounds robust_bounds(const Scene& scene, const std::set<int>& chosen) {
     if (farthest == 0) continue;
     const ScenePrimitive& p = scene.primitives[part->primitive];
     const std::string material = p.material < 0 ? "" : scene.materials[p.material].name;
-    double& known = found.strays[fmt::format("\"{}\" of material \"{}\"", p.name, material)];
+    double& known = found.stray_distances[fmt::format("\"{}\" of material \"{}\"", p.name, material)];
     known = std::max(known, farthest);
   }
   return found;
@@ -221,7 +221,7 @@ PrimitivesInScene primitives_in(const Scene& scene) {
   return places;
 }
 
-std::map<int, MaterialExtent> extents_in(const Scene& scene) {
+std::map<int, MaterialExtent> material_extents(const Scene& scene) {
   std::map<int, MaterialExtent> extents;
   for (const SceneInstance& instance : scene.instances) {
     const ScenePrimitive& p = scene.primitives[instance.primitive];

@@ -45,8 +45,8 @@ Issues check_uv_areas(const Scene& scene);
 Imath::Box3d bounds_of(const Scene& scene);
 
 struct GarmentBounds {
-  Imath::Box3d box;                        ///< metres; empty without an area
-  std::map<std::string, double> strays{};  ///< primitives, and how far from the rest they lie
+  Imath::Box3d box;                                 ///< metres; empty without an area
+  std::map<std::string, double> stray_distances{};  ///< primitives, and how far from the rest they lie
 };
 
 /// The same of `chosen` primitives (indices into scene.primitives) without strays (format/scene/framing.h).
@@ -71,7 +71,7 @@ struct MaterialExtent {
 };
 
 /// By material, those that show.
-std::map<int, MaterialExtent> extents_in(const Scene& scene);
+std::map<int, MaterialExtent> material_extents(const Scene& scene);
 
 /// The fraction of each material's area that has triangles on its back, in the same place within 2e-4 of the
 /// scene's diagonal. Materials without any may be missing.

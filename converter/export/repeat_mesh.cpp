@@ -140,7 +140,7 @@ class Lighting {
     const float fraction = 1 / static_cast<float>(hits.size());
     for (const YarnHit& hit : hits) {
       YarnPoint point = yarns_.point_at(hit);
-      yarns_.add_strands(point, view);
+      yarns_.perturb_by_strands(point, view);
       const LightTransfer transfer = yarns_.transfer_at(point);
       const float factor = point.brightness * yarns_.lustre_view_factor(point, view) * fraction;
       for (std::size_t i = 0; i < lights_.size(); ++i) {
@@ -512,7 +512,7 @@ std::vector<YarnJoint> joints_of(const Yarns& yarns) {
     return place_at(plied[c].axis, static_cast<double>(i) / places).frame.position;
   };
   for (std::size_t c = 0; c < plied.size(); ++c) {
-    const V2i turns = curves[c].turns;
+    const V2i turns = curves[c].repeat_offset;
     if (turns != V2i(0, 0)) {
       joints.push_back({place_of(c, places), place_of(c, 0), turns, curves[c].radius, true});
       joints.push_back({place_of(c, 0), place_of(c, places), -turns, curves[c].radius, true});

@@ -31,7 +31,7 @@ double distance_from(const Cloth::Triangle& t, const std::array<V2d, N>& points)
 
 }  // namespace
 
-void Cloth::add(const std::array<Corner, 3>& corners) {
+void Cloth::add_triangle(const std::array<Corner, 3>& corners) {
   const auto& [a, b, c] = corners;
   const V3d face = (b.position - a.position).cross(c.position - a.position);
   const double covered = cross(b.uv - a.uv, c.uv - a.uv);
@@ -45,21 +45,21 @@ void Cloth::add(const std::array<Corner, 3>& corners) {
   uv_area += std::abs(covered) / 2;
 }
 
-void Cloth::join() {
+void Cloth::assign_patches() {
   std::map<std::tuple<bool, double, double, double, double, double>, int> places;
   DisjointSets patches(0);
   for (Triangle& t : triangles) {
-    t.patch = -1;
+    t.patch_index = -1;
     for (const Corner& corner : t.corners) {
       const auto [place, fresh] = places.try_emplace(
           {t.is_mirrored, corner.position.x, corner.position.y, corner.position.z, corner.uv.x, corner.uv.y});
       if (fresh) place->second = patches.add();
       const int own = patches.root(place->second);
-      if (t.patch >= 0) patches.join(std::max(own, t.patch), std::min(own, t.patch));
-      t.patch = t.patch < 0 ? own : std::min(own, t.patch);
+      if (t.patch_index >= 0) patches.unite(std::max(own, t.patch_index), std::min(own, t.patch_index));
+      t.patch_index = t.patch_index < 0 ? own : std::min(own, t.patch_index);
     }
   }
-  for (Triangle& t : triangles) t.patch = patches.root(t.patch);
+  for (Triangle& t : triangles) t.patch_index = patches.root(t.patch_index);
 }
 
 Cloth cloth_of(const Scene& scene, int material) {
@@ -80,10 +80,10 @@ Cloth cloth_of(const Scene& scene, int material) {
         corners[k] = {fabric.transform.apply(uvs[vertex]), V3d(primitive.positions[vertex]) * instance.world,
                       V3d(primitive.normals[vertex]) * normals};
       }
-      cloth.add(corners);
+      cloth.add_triangle(corners);
     }
   }
-  cloth.join();
+  cloth.assign_patches();
   return cloth;
 }
 
@@ -103,7 +103,7 @@ std::optional<std::vector<ClothCell>> cells_of(const Cloth& cloth, const Imath::
         const V2d low = reach.min + V2d(column, row), high = reach.max + V2d(column, row);
         if (distance_from<4>(cloth.triangles[t], {low, V2d(low.x, high.y), V2d(high.x, low.y), high}) > 0)
           continue;
-        cells[{cloth.triangles[t].patch, row, column}].push_back(t);
+        cells[{cloth.triangles[t].patch_index, row, column}].push_back(t);
         if (static_cast<double>(cells.size()) > limit) return {};
       }
     }

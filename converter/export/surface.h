@@ -19,7 +19,7 @@ struct Cloth {
   };
   struct Triangle {
     std::array<Corner, 3> corners;
-    int patch = 0;             ///< the same for triangles that hang together
+    int patch_index = 0;       ///< the same for triangles that hang together
     bool is_mirrored = false;  ///< whether the fabric shows as in a mirror; of all in a patch
   };
   std::vector<Triangle> triangles;  ///< without those whose texture coordinates cover no area
@@ -27,9 +27,9 @@ struct Cloth {
   double uv_area = 0;               ///< area of the texture coordinates
 
   /// Takes a triangle with its area; corners with equal positions and texture coordinates join.
-  void add(const std::array<Corner, 3>& corners);
+  void add_triangle(const std::array<Corner, 3>& corners);
   /// Sets the patches of all triangles.
-  void join();
+  void assign_patches();
 };
 
 /// Precondition: the scene has the material, with a fabric of a set that is read.

@@ -252,8 +252,8 @@ class LineLight {
       outside_count += curve.stations * curve.plies.count * YarnPatches::patches_around_ply;
     return outside_count > many_fronts ? 1 : 2;
   }
-  bool is_front(int patch) const { return patch < patches_.outside_count(); }
-  bool is_inside(int patch) const { return patch >= patches_.first_inside(); }
+  bool is_front(int patch) const { return patch < patches_.front_patch_count(); }
+  bool is_inside(int patch) const { return patch >= patches_.first_inside_patch(); }
   /// Diffuse light that goes back, of which a hair has all.
   V3f back_of(int patch) const {
     const Wall& wall = walls_[curve_[patch]];
@@ -313,8 +313,8 @@ void LineLight::find_exchange() {
           link(lower.patch, upper.patch, c.area);
         }
         for (const auto& [a, b] : c.inside_links) {
-          link(patches_.inside_of(a), patches_.inside_of(b), c.area);
-          link(patches_.inside_of(b), patches_.inside_of(a), c.area);
+          link(patches_.inside_patch(a), patches_.inside_patch(b), c.area);
+          link(patches_.inside_patch(b), patches_.inside_patch(a), c.area);
         }
       }
     });
@@ -325,8 +325,8 @@ void LineLight::find_exchange() {
         area_[lower.patch] += c.area;
       }
       for (const auto& [a, b] : c.inside_links) {
-        area_[patches_.inside_of(a)] += c.area;
-        area_[patches_.inside_of(b)] += c.area;
+        area_[patches_.inside_patch(a)] += c.area;
+        area_[patches_.inside_patch(b)] += c.area;
       }
       for (const auto* faces : {&c.sky_above, &c.sky_below}) {
         for (const PatchFace& face : *faces) area_[face.patch] += c.area;
@@ -354,7 +354,7 @@ void LineLight::light_directly(bool below) {
     for (int k = 0; k < functions; ++k) basis(i, k) = static_cast<double>(values[k]);
   }
   const Eigen::MatrixXf project = (basis.transpose() * basis).ldlt().solve(basis.transpose()).cast<float>();
-  direct_.assign(patches_.first_inside(), Moments{});
+  direct_.assign(patches_.first_inside_patch(), Moments{});
   for (int i = 0; i < m; ++i) {
     const LineCrossings& c = crossings_[i];
     for (const PatchFace& face : below ? c.sky_below : c.sky_above) {
@@ -382,7 +382,7 @@ void LineLight::send_first(const PatchFace& from, const PatchFace& to, float are
 /// Lights patches by way of one other, and keeps of the sky's light what is needed then.
 void LineLight::light_first(bool below) {
   light_.assign(patches_.count(), {});
-  if (!below) met_.assign(patches_.outside_count(), Moments{});
+  if (!below) met_.assign(patches_.front_patch_count(), Moments{});
   for (const LineCrossings& c : crossings_) {
     for (const auto& [upper, lower] : c.open_air_links) {
       send_first(upper, lower, c.area, !below);
@@ -403,10 +403,10 @@ void LineLight::send(int patch, std::vector<ColourValues>& sent) const {
   const Wall& wall = walls_[curve_[patch]];
   if (!is_inside(patch)) {
     send_on(back_of(patch) + V3f(wall.gloss), light_[patch], is_front(patch) ? wall.through : V3f(0),
-            light_[is_front(patch) ? patches_.inside_of(patch) : patch], sent[patch]);
+            light_[is_front(patch) ? patches_.inside_patch(patch) : patch], sent[patch]);
     return;
   }
-  const int first = (patch - patches_.first_inside()) * YarnPatches::fronts_per_inside;
+  const int first = (patch - patches_.first_inside_patch()) * YarnPatches::fronts_per_inside;
   float area = 1e-30F;
   ColourValues mean;
   for (int p = first; p < first + YarnPatches::fronts_per_inside; ++p) {
@@ -449,9 +449,9 @@ bool LineLight::solve(std::vector<ColourValues>& settled) {
       }
       light_[p] = sum;
       send(p, sent);
-      if (is_front(p)) send(patches_.inside_of(p), sent);
+      if (is_front(p)) send(patches_.inside_patch(p), sent);
       if (is_inside(p)) {
-        const int first = (p - patches_.first_inside()) * YarnPatches::fronts_per_inside;
+        const int first = (p - patches_.first_inside_patch()) * YarnPatches::fronts_per_inside;
         for (int front = first; front < first + YarnPatches::fronts_per_inside; ++front) send(front, sent);
       }
     }
@@ -479,8 +479,8 @@ LitPoint place_at(const Yarns& yarns, int curve, float station, int ply, float a
     const V3f beside = frame.tangent.cross(frame.across);
     const V3f round = from * std::cos(angle) + frame.tangent.cross(from) * std::sin(angle);
     YarnPoint at;
-    at.cosine = round.dot(frame.across);
-    at.sine = round.dot(beside);
+    at.angle_cosine = round.dot(frame.across);
+    at.angle_sine = round.dot(beside);
     at.ply_side = {frame.axis_to_ply.dot(frame.across), frame.axis_to_ply.dot(beside)};
     place.normal_z += static_cast<double>(frame.surface_normal(round).z) / 2;
     return at;
@@ -492,9 +492,10 @@ LitPoint place_at(const Yarns& yarns, int curve, float station, int ply, float a
   const int next_ply = wraps ? ((ply + c.plies.shift) % plies + plies) % plies : ply;
   YarnPoint at = at_frame(yarns.frame_at(curve, first, ply));
   const YarnPoint next = at_frame(yarns.frame_at(curve, wraps ? 0 : first + 1, next_ply));
-  const V2f turned = V2f(at.cosine, at.sine) * (1 - fraction) + V2f(next.cosine, next.sine) * fraction;
-  at.cosine = turned.normalized().x;
-  at.sine = turned.normalized().y;
+  const V2f turned = V2f(at.angle_cosine, at.angle_sine) * (1 - fraction) +
+                     V2f(next.angle_cosine, next.angle_sine) * fraction;
+  at.angle_cosine = turned.normalized().x;
+  at.angle_sine = turned.normalized().y;
   at.ply_side = (at.ply_side * (1 - fraction) + next.ply_side * fraction).normalized();
   const auto values = angle_factors(c.plies, at);
   for (int k = 0; k < angle_function_count; ++k) place.angle_values[k] = static_cast<double>(values[k]);
@@ -513,8 +514,8 @@ void LineLight::find_places(int c, std::vector<LitPoint>& all) const {
   const float reach = plies == 1 ? pi : pi / 2 + pi / static_cast<float>(plies);
   // Nearly the largest: nothing covers it.
   std::vector<float> areas(
-      area_.begin() + patches_.front(c, 0, 0, 0),
-      area_.begin() + patches_.front(c, parts - 1, plies - 1, YarnPatches::patches_around_ply - 1) + 1);
+      area_.begin() + patches_.front_patch(c, 0, 0, 0),
+      area_.begin() + patches_.front_patch(c, parts - 1, plies - 1, YarnPatches::patches_around_ply - 1) + 1);
   const auto high = areas.begin() + static_cast<std::ptrdiff_t>(areas.size() * 9 / 10);
   std::ranges::nth_element(areas, high);
   const double full = std::max(static_cast<double>(*high), 1e-30);
@@ -528,7 +529,8 @@ void LineLight::find_places(int c, std::vector<LitPoint>& all) const {
         double seen = 1;  // roughly the fraction of views
         if (plies > 1)
           seen = static_cast<double>((std::cos(angle) - std::cos(reach)) / (1 - std::cos(reach)));
-        const double open = std::min(1.0, static_cast<double>(area_[patches_.front(c, part, ply, a)]) / full);
+        const double open =
+            std::min(1.0, static_cast<double>(area_[patches_.front_patch(c, part, ply, a)]) / full);
         place.weight = open * std::max(covered_weight, seen);
         all.push_back(place);
         place.weight = std::abs(angle) <= reach ? (1 - open) * covered_weight : 0;
@@ -548,13 +550,13 @@ void LineLight::add_to(std::vector<LitPoint>& places, int c, bool below) const {
   const Gloss& gloss = curve.gloss;
   const V3f reflected =
       curve.albedo * (1 - gloss.weight) + V3f(gloss.weight * mean_gloss_albedo(gloss.roughness));
-  int front = patches_.front(c, 0, 0, 0);
+  int front = patches_.front_patch(c, 0, 0, 0);
   for (std::size_t i = 0; i < places.size(); i += 2, ++front) {
     LightColumns& to = places[i].light;
     // Who sees a place from above has no light from below but the stored; the cloth turned over adds what
     // comes straight to places that face down.
     const bool direct = below && places[i].normal_z > 0;
-    const int inside = patches_.inside_of(front);
+    const int inside = patches_.inside_patch(front);
     std::array<double, 2> mean{};  // of the light that the surface reflects, and that comes through it
     for (int k = 0; k < columns; ++k) {
       const int function = k % 3 * functions + k / 3;
@@ -577,8 +579,8 @@ void LineLight::add_to(std::vector<LitPoint>& places, int c, bool below) const {
 bool compute_yarn_light(YarnData& data, const V2f& period, std::span<const V3f> through,
                         const LineLightOptions& options) {
   const auto stations = static_cast<std::size_t>(counts_of(data).stations);
-  data.light.assign(stations * light_values_per_station, 0);
-  data.through.assign(options.both_sides ? data.light.size() : 0, 0);
+  data.station_light.assign(stations * light_values_per_station, 0);
+  data.light_through.assign(options.both_sides ? data.station_light.size() : 0, 0);
   const Yarns yarns(data, period);
   LineLight light(yarns, through, options);
   bool settled = light.light(false);

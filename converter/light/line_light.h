@@ -13,7 +13,7 @@
 namespace selvedge {
 
 struct LineLightOptions {
-  bool both_sides = false;     ///< YarnData::through, too
+  bool both_sides = false;     ///< YarnData::light_through, too
   int direction_count = 64;    ///< of lines, over the upper half of the sphere; each is followed both ways
   float spacing_radii = 0.5F;  ///< of lines, in radii of the thinnest ply
 };

@@ -112,8 +112,8 @@ void PathTracer::add_indirect(const SurfacePoint& point, const V3d& view, std::s
         through = ~lit & ((1U << packet.size()) - 1);
         lit = 0;
       }
-      lit &= ~scene_.occluded(vertex, packet, lit);
-      if (through != 0) lit |= through & ~scene_.occluded(other_side(vertex), packet, through);
+      lit &= ~scene_.is_occluded(vertex, packet, lit);
+      if (through != 0) lit |= through & ~scene_.is_occluded(other_side(vertex), packet, through);
       for (; lit != 0; lit &= lit - 1) {
         const int l = std::countr_zero(lit);
         const V3d light(packet[l]);

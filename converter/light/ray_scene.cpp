@@ -439,7 +439,7 @@ V3f RayScene::vertex_normal(const SurfacePoint& point) const {
   return smooth.dot(point.face_normal) < 0 ? -smooth : smooth;
 }
 
-bool RayScene::occluded(const SurfacePoint& point, const V3f& direction) const {
+bool RayScene::is_occluded(const SurfacePoint& point, const V3f& direction) const {
   const RaySceneState& s = *state_;
   const V3d towards(direction);
   return walk_blocks(s.block, offset_origin(point), towards, [&](const V3d& start, double far) {
@@ -469,8 +469,8 @@ OffsetOrigins RayScene::offset_origin(const PointPacket& points, std::uint32_t a
   return packet;
 }
 
-std::uint32_t RayScene::occluded(const OffsetOrigins& points, const V3f& direction,
-                                 std::uint32_t active) const {
+std::uint32_t RayScene::is_occluded(const OffsetOrigins& points, const V3f& direction,
+                                    std::uint32_t active) const {
   if (active == 0) return 0;
   RayPacket packet{points.x, points.y, points.z, {}, {}, {}};
   packet.dx.fill(direction.x);
@@ -479,8 +479,8 @@ std::uint32_t RayScene::occluded(const OffsetOrigins& points, const V3f& directi
   return occluded_packet(*state_, packet, active);
 }
 
-std::uint32_t RayScene::occluded(const SurfacePoint& point, std::span<const V3f> directions,
-                                 std::uint32_t active) const {
+std::uint32_t RayScene::is_occluded(const SurfacePoint& point, std::span<const V3f> directions,
+                                    std::uint32_t active) const {
   if (active == 0) return 0;
   const V3d origin = offset_origin(point);
   RayPacket packet{};

@@ -77,12 +77,12 @@ class RayScene {
   std::uint32_t trace(const V3d& origin, std::span<const V3d> directions, PointPacket& points) const;
 
   /// Whether a ray from a surface point (offset along its face normal) in unit `direction` meets anything.
-  bool occluded(const SurfacePoint& point, const V3f& direction) const;
+  bool is_occluded(const SurfacePoint& point, const V3f& direction) const;
   /// The same for the points whose bit in `active` is set; other bits of the result are 0.
-  std::uint32_t occluded(const OffsetOrigins& points, const V3f& direction, std::uint32_t active) const;
+  std::uint32_t is_occluded(const OffsetOrigins& points, const V3f& direction, std::uint32_t active) const;
   /// The same for up to 16 directions from one point.
-  std::uint32_t occluded(const SurfacePoint& point, std::span<const V3f> directions,
-                         std::uint32_t active) const;
+  std::uint32_t is_occluded(const SurfacePoint& point, std::span<const V3f> directions,
+                            std::uint32_t active) const;
 
   /// The origin of a ray that leaves the surface at this point.
   V3d offset_origin(const SurfacePoint& point) const;

@@ -134,8 +134,8 @@ void fit_stations(std::vector<LitPoint>& places, int curve, int first, bool exac
   fill_covered(places, stations);
   const Coefficients solved = solved_for(places, stations);
   const std::size_t begin = static_cast<std::size_t>(first) * light_values_per_station;
-  write_rounded(solved, 0, exact, &data.light[begin]);
-  if (!data.through.empty()) write_rounded(solved, 1, exact, &data.through[begin]);
+  write_rounded(solved, 0, exact, &data.station_light[begin]);
+  if (!data.light_through.empty()) write_rounded(solved, 1, exact, &data.light_through[begin]);
 }
 
 }  // namespace selvedge

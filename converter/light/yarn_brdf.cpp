@@ -20,7 +20,7 @@ YarnPlace place_at(const CellMesh& mesh, const SurfacePoint& point) {
   const V3i& corner = mesh.triangles[point.triangle];
   const std::array<float, 3> weight{1 - point.u - point.v, point.u, point.v};
   const auto nearest = std::ranges::max_element(weight) - weight.begin();
-  YarnPlace place = mesh.places[corner[static_cast<int>(nearest)]];
+  YarnPlace place = mesh.yarn_places[corner[static_cast<int>(nearest)]];
   if (place.curve < 0) return place;
   const YarnPlies& plies = mesh.yarns.curves[place.curve].plies;
   const auto ply_after = [&](int chains) {
@@ -32,7 +32,7 @@ YarnPlace place_at(const CellMesh& mesh, const SurfacePoint& point) {
   float along = 0;
   float around = 0;
   for (int i = 0; i < 3; ++i) {
-    const YarnPlace& other = mesh.places[corner[i]];
+    const YarnPlace& other = mesh.yarn_places[corner[i]];
     // Corners may lie on either side of where the yarn, or a turn about it, begins again.
     const float ahead = other.chain_fraction - origin.chain_fraction;
     if (other.curve != origin.curve || other.ply != ply_after(static_cast<int>(-std::round(ahead)))) continue;
@@ -103,7 +103,7 @@ V3f aligned(const V3f& fibre, const V3f& reference) { return fibre.dot(reference
 /// albedo or brightness. The normal stays on the ray's side. Of a hair only the albedo changes. Surfaces
 /// beside yarns, and points that no ray met, stay.
 void add_strand(const CellMesh& mesh, const SurfacePoint& point, const V3d& fibre, YarnBrdf& surface) {
-  if (mesh.places.empty() || point.view == V3f(0, 0, 0)) return;
+  if (mesh.yarn_places.empty() || point.view == V3f(0, 0, 0)) return;
   const YarnPlace place = place_at(mesh, point);
   if (place.curve < 0) return;
   const YarnCurve& curve = mesh.yarns.curves[place.curve];
@@ -121,7 +121,7 @@ void add_strand(const CellMesh& mesh, const SurfacePoint& point, const V3d& fibr
       surface.normal = upright.normalized();
       surface.fibre_direction = fibre;
     }
-    turn_to_strand(change, V3d(point.view), surface.normal, surface.fibre_direction);
+    perturb_by_strand(change, V3d(point.view), surface.normal, surface.fibre_direction);
   }
   if (surface.transmission > 0) {
     surface.diffuse_factor = change.brightness;
@@ -280,7 +280,7 @@ V3d direct_light(const RayScene& scene, const SurfacePoint& point, const YarnBrd
   if (surface.transmission > 0 && through != point.is_back) return V3d(0, 0, 0);
   const double cosine = incidence_cosine(surface, towards);
   if (!(cosine > 0)) return V3d(0, 0, 0);
-  if (scene.occluded(through ? other_side(point) : point, light)) return V3d(0, 0, 0);
+  if (scene.is_occluded(through ? other_side(point) : point, light)) return V3d(0, 0, 0);
   return reflectance(surface, towards, view) * cosine;
 }
 

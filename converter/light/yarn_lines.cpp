@@ -85,7 +85,8 @@ void cross_piece(const Yarns::Segment& s, std::int32_t piece, const LineGrid& gr
   }
   if (low[0] > high[0] || low[1] > high[1]) return;
   const auto lines = static_cast<std::size_t>(high[0] - low[0] + 1) * (high[1] - low[1] + 1);
-  if (to.found_intervals.size() < to.count + lines + 1) to.found_intervals.resize(2 * to.count + lines + 1);
+  if (to.found_intervals.size() < to.interval_count + lines + 1)
+    to.found_intervals.resize(2 * to.interval_count + lines + 1);
   for (int j = low[1]; j <= high[1]; ++j) {
     const float y = grid.place(j, 1);
     int first = low[0];
@@ -123,8 +124,8 @@ void cross_piece(const Yarns::Segment& s, std::int32_t piece, const LineGrid& gr
         top = if_greater(Four(start), w, bottom, if_greater(w, Four(end), bottom, top));
       }
       for (int k = 0; k < std::min(4, last - i + 1); ++k) {
-        to.found_intervals[to.count] = {top.v[k], bottom.v[k], piece, line + column};
-        to.count += top.v[k] > bottom.v[k] ? 1 : 0;
+        to.found_intervals[to.interval_count] = {top.v[k], bottom.v[k], piece, line + column};
+        to.interval_count += top.v[k] > bottom.v[k] ? 1 : 0;
         column = column + 1 < grid.count.x ? column + 1 : 0;
       }
     }
@@ -164,8 +165,8 @@ class LineWalk {
       if (lowest != nullptr) leave();
       if (s.hair_threshold > 0) {
         const float along = s.along.normalized().dot(grid_.direction);
-        meet({patches_.hair(item.piece), along});
-        above = {patches_.hair(item.piece), -along};
+        meet({patches_.hair_patch(item.piece), along});
+        above = {patches_.hair_patch(item.piece), -along};
       } else {
         entered = face(item.piece, at, item.top, grid_.direction);
         meet(entered);
@@ -194,7 +195,8 @@ class LineWalk {
     const float angle = std::atan2(q.dot(tangent.cross(from)), q.dot(from));
     const V3f normal = (q - tangent * tangent.dot(q)).normalized();
     const V3f fibre = stretched(tangent + tangent.cross(normal) * curve.fibre_slope, s.squeeze);
-    return {patches_.front(piece, s.station + fraction * s.stations, angle), fibre.normalized().dot(out)};
+    return {patches_.front_patch(piece, s.start_station + fraction * s.station_span, angle),
+            fibre.normalized().dot(out)};
   }
 
   const Yarns& yarns_;
@@ -222,14 +224,14 @@ YarnPatches::YarnPatches(const Yarns& yarns, int parts) : yarns_(yarns), parts_(
     if (i > 0 && segments[i - 1].curve != s.curve) in_curve = 0;
     const YarnCurve& curve = data.curves[s.curve];
     if (s.hair_threshold > 0)
-      hair_[i] = first_hair() + first_hair_[s.curve] +
-                 std::clamp(static_cast<int>(s.station), 0, curve.stations - 1);
+      hair_[i] = first_hair_patch() + first_hair_[s.curve] +
+                 std::clamp(static_cast<int>(s.start_station), 0, curve.stations - 1);
     else
       ply_[i] = static_cast<int>(in_curve) / (curve.nodes * curve.plies.divisions);
   }
 }
 
-int YarnPatches::front(int piece, float station, float angle) const {
+int YarnPatches::front_patch(int piece, float station, float angle) const {
   const int curve = yarns_.geometry().segments[piece].curve;
   const YarnPlies& plies = yarns_.data().curves[curve].plies;
   const int all = yarns_.data().curves[curve].stations * parts_;
@@ -241,15 +243,16 @@ int YarnPatches::front(int piece, float station, float angle) const {
   }
   constexpr float pi = std::numbers::pi_v<float>;
   const int turned = static_cast<int>((angle + pi) * (static_cast<float>(patches_around_ply) / (2 * pi)));
-  return front(curve, std::clamp(part, 0, all - 1), ply, std::clamp(turned, 0, patches_around_ply - 1));
+  return front_patch(curve, std::clamp(part, 0, all - 1), ply, std::clamp(turned, 0, patches_around_ply - 1));
 }
 
 int YarnPatches::curve_of(int patch) const {
   const auto before = [](const std::vector<int>& firsts, int index) {
     return static_cast<int>(std::ranges::upper_bound(firsts, index) - firsts.begin()) - 1;
   };
-  if (patch >= first_inside()) return before(first_front_, (patch - first_inside()) * fronts_per_inside);
-  return patch < fronts_ ? before(first_front_, patch) : before(first_hair_, patch - first_hair());
+  if (patch >= first_inside_patch())
+    return before(first_front_, (patch - first_inside_patch()) * fronts_per_inside);
+  return patch < fronts_ ? before(first_front_, patch) : before(first_hair_, patch - first_hair_patch());
 }
 
 LineCrossings trace_lines(const Yarns& yarns, const YarnPatches& patches, const V3f& direction, float spacing,
@@ -264,14 +267,14 @@ LineCrossings trace_lines(const Yarns& yarns, const YarnPatches& patches, const 
   const auto& segments = yarns.geometry().segments;
   float thinnest = 1e30F;
   for (const YarnCurve& curve : yarns.data().curves) thinnest = std::min(thinnest, ply_or_yarn_radius(curve));
-  scratch.count = 0;
+  scratch.interval_count = 0;
   for (std::size_t i = 0; i < segments.size(); ++i)
     cross_piece(segments[i], static_cast<std::int32_t>(i), grid, scratch);
 
   const auto lines = static_cast<std::size_t>(grid.count.x) * static_cast<std::size_t>(grid.count.y);
   std::vector<std::size_t>& first = scratch.line_begins;
   first.assign(lines + 1, 0);
-  const std::span found(scratch.found_intervals.data(), scratch.count);
+  const std::span found(scratch.found_intervals.data(), scratch.interval_count);
   for (const Interval& item : found) ++first[item.line + 1];
   for (std::size_t l = 0; l < lines; ++l) first[l + 1] += first[l];
   std::vector<Interval>& sorted = scratch.sorted_intervals;

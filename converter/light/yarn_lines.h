@@ -24,19 +24,19 @@ class YarnPatches {
   YarnPatches(const Yarns& yarns, int parts);
 
   int parts_per_station() const { return parts_; }
-  int outside_count() const { return fronts_; }
-  int first_hair() const { return fronts_; }
-  int first_inside() const { return first_hair() + hairs_; }
-  int count() const { return first_inside() + fronts_ / fronts_per_inside; }
-  int inside_of(int front) const { return first_inside() + front / fronts_per_inside; }
+  int front_patch_count() const { return fronts_; }
+  int first_hair_patch() const { return fronts_; }
+  int first_inside_patch() const { return first_hair_patch() + hairs_; }
+  int count() const { return first_inside_patch() + fronts_ / fronts_per_inside; }
+  int inside_patch(int front) const { return first_inside_patch() + front / fronts_per_inside; }
   /// Precondition: the curve has the part and the ply.
-  int front(int curve, int part, int ply, int angle) const {
+  int front_patch(int curve, int part, int ply, int angle) const {
     return first_front_[curve] + (part * yarns_.data().curves[curve].plies.count + ply) * patches_around_ply +
            angle;
   }
   /// `piece`: of Yarns::Geometry, and no hair; `angle`: about its ply.
-  int front(int piece, float station, float angle) const;
-  int hair(int piece) const { return hair_[piece]; }
+  int front_patch(int piece, float station, float angle) const;
+  int hair_patch(int piece) const { return hair_[piece]; }
   /// The curve of a patch.
   int curve_of(int patch) const;
 
@@ -74,7 +74,7 @@ struct LineScratch {
     std::int32_t line;
   };
   std::vector<Interval> found_intervals, sorted_intervals;
-  std::size_t count = 0;  ///< of the intervals that are found
+  std::size_t interval_count = 0;  ///< of the intervals that are found
   std::vector<std::size_t> line_begins, line_cursors;
   LineCrossings crossings;
 };

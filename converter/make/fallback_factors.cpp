@@ -163,7 +163,7 @@ FallbackFactors fit_fallback(const Fabric& fabric) {
   fit_lobes(reflected, factors);
   // Yarn without light that comes through is black from behind.
   const auto yarns = fabric.levels.front().yarns();
-  if (!yarns || !yarns->data().through.empty()) fit_transmission(Reflected(fabric, -1), factors);
+  if (!yarns || !yarns->data().light_through.empty()) fit_transmission(Reflected(fabric, -1), factors);
   V3d sum(0, 0, 0);
   const int count = static_cast<int>(reflected.directions.size());
   for (int i = 0; i < count; ++i)
@@ -195,7 +195,7 @@ FallbackFactors fallback_of(const Fabric& fabric) {
   return factors;
 }
 
-std::string text_of(const FallbackFactors& factors) {
+std::string fallback_json_text(const FallbackFactors& factors) {
   // Four digits are finer than a step of an 8-bit colour.
   const auto rounded = [](float x) { return short_number(static_cast<double>(x)); };
   nlohmann::json text;

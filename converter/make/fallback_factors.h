@@ -30,6 +30,6 @@ FallbackFactors fit_fallback(const Fabric& fabric);
 FallbackFactors fallback_of(const Fabric& fabric);
 
 /// The text of Fabric::fallback, at most 300 bytes.
-std::string text_of(const FallbackFactors& factors);
+std::string fallback_json_text(const FallbackFactors& factors);
 
 }  // namespace selvedge

@@ -77,7 +77,7 @@ std::vector<Fabric> FileSearch::largest(const std::vector<LayerFitter>& fitters,
     std::vector<Fabric> fits;
     double estimate = 0;
     for (std::size_t k = 0; k < fitters.size(); ++k) {
-      LayerFit chosen = fitters[k].choose(next_room * budget_weights[k] / weights);
+      LayerFit chosen = fitters[k].choose_within(next_room * budget_weights[k] / weights);
       estimate += chosen.bytes;
       fits.push_back(std::move(chosen.fabric));
     }
@@ -112,12 +112,12 @@ Fabric fit_layers(SideSamples samples, const MakeOptions& options, const Progres
   const double record = 90 + 210.0 * level_count(samples.level.width, samples.level.height);
   if (side != Side::front) {
     const double room = bytes - overhead_of_side;
-    return layer_fitter(std::move(samples), options, progress, room).choose(room).fabric;
+    return layer_fitter(std::move(samples), options, progress, room).choose_within(room).fabric;
   }
   std::vector<LayerFitter> fitters;
   fitters.push_back(
       layer_fitter(std::move(samples), options, progress, std::numeric_limits<double>::infinity()));
-  FileSearch search{bytes, bytes - LayerFitter::typical_overhead, record, 0.98, 6};
+  FileSearch search{bytes, bytes - LayerFitter::typical_overhead_bytes, record, 0.98, 6};
   std::vector<Fabric> fits = search.largest(fitters, nullptr, options.write);
   if (fits.empty()) throw search.no_room();
   return std::move(fits.front());
@@ -139,7 +139,7 @@ YarnData rounded(YarnData yarn) {
   const float step = std::exp2(std::floor(std::log2(radius / 256)));
   for (V3f& node : yarn.nodes)
     for (int c = 0; c < 3; ++c) node[c] = step * std::round(node[c] / step);
-  for (std::vector<float>* light : {&yarn.light, &yarn.through}) {
+  for (std::vector<float>* light : {&yarn.station_light, &yarn.light_through}) {
     for (float& value : *light) {
       int power = 0;
       const float mantissa = std::frexp(value, &power);
@@ -149,7 +149,7 @@ YarnData rounded(YarnData yarn) {
   return yarn;
 }
 
-/// YarnKind::near_psnr, the least of the fibres of the data sheet.
+/// YarnKind::near_view_psnr, the least of the fibres of the data sheet.
 std::optional<double> near_accuracy(const nlohmann::json& provenance) {
   std::optional<double> least;
   // A browser's module ends where nlohmann::json throws.
@@ -158,7 +158,7 @@ std::optional<double> near_accuracy(const nlohmann::json& provenance) {
   const auto& fibres = provenance[composition].get_ref<const std::string&>();
   for (const YarnKind& kind : yarn_kinds())
     if (fibres.find(kind.name) != std::string::npos)
-      least = std::min(least.value_or(kind.near_psnr), kind.near_psnr);
+      least = std::min(least.value_or(kind.near_view_psnr), kind.near_view_psnr);
   return least;
 }
 
@@ -180,7 +180,8 @@ std::vector<Fabric> fit_whole(const Samples& samples, const MakeOptions& options
   FileSearch search{bytes, bytes / 2, 500, 0.995, 8};
   std::vector<Fabric> fits;
   if (yarns) {
-    const double standard_room = (standard_bytes - LayerFitter::typical_overhead) * growth_of(samples.header);
+    const double standard_room =
+        (standard_bytes - LayerFitter::typical_overhead_bytes) * growth_of(samples.header);
     fits = search.largest(fitters, yarns, options.write, standard_room * weights);
     if (fits.empty()) {
       yarns = std::make_shared<const Yarns>(rounded(yarns->data()), yarns->period());
@@ -218,8 +219,8 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
       fits.push_back(fit_side(side_samples(samples, all_sides[i]), options, of_side(i)));
     fits[i].side = all_sides[i];
     const PairSamples held_out = side_pairs(samples.pairs[index_of(PairKind::held_out)], all_sides[i]);
-    value_or_throw(
-        add_side_accuracy(as_stored(fits[i], options.write.half_layers), held_out, outcome.record));
+    value_or_throw(add_side_accuracy(round_to_stored_precision(fits[i], options.write.half_layers), held_out,
+                                     outcome.record));
   }
   Fabric& fabric = outcome.fabric = joined(fits, yarns);
   nlohmann::json provenance = provenance_json(fabric.provenance);
@@ -233,8 +234,8 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
   nlohmann::json accuracy = nlohmann::json::parse(accuracy_json(outcome.record));
   if (const auto near = near_accuracy(source); yarns && near) accuracy["yarn"] = *near;
   fabric.accuracy = accuracy.dump();
-  fabric = as_stored(fabric, options.write.half_layers);
-  fabric.fallback = text_of(fit_fallback(fabric));
+  fabric = round_to_stored_precision(fabric, options.write.half_layers);
+  fabric.fallback = fallback_json_text(fit_fallback(fabric));
   outcome.seconds = watch.seconds();
   return outcome;
 }
@@ -326,7 +327,7 @@ Result<nlohmann::ordered_json> sheet_of(const FoundStitch& stitch, const YarnDat
                                   {"thicknessMm", short_number(numbers->thickness_mm)},
                                   {"cover", short_number(numbers->cover_fraction)},
                                   {"coverWithHairs", short_number(numbers->cover_fraction_with_hairs)}};
-  const std::array runs{runs_of(yarns, V2f(period), 0), runs_of(yarns, V2f(period), 1)};
+  const std::array runs{row_noise_along(yarns, V2f(period), 0), row_noise_along(yarns, V2f(period), 1)};
   if (runs[0].rows > 0 && runs[1].rows > 0) {
     sheet["construction"] = "weave";
     sheet["endsPerCentimetre"] = short_number(runs[1].rows * 10 / period.x);

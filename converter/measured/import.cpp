@@ -206,11 +206,11 @@ Result<Image> read_picture(const MeasuredPicture& picture, const V2i& size, cons
 }
 
 /// Takes `price` bytes for each pixel of a picture.
-void take_pixels(MemoryAccount& account, const FlatSample& sample, std::uint64_t price) {
+void take_pixels(MemoryBudget& budget, const FlatSample& sample, std::uint64_t price) {
   const V2i& size = sample.size;
-  if (!account.try_reserve(std::uint64_t{1} * size.x * size.y, price)) {
+  if (!budget.try_spend(std::uint64_t{1} * size.x * size.y, price)) {
     throw Failure{memory_limit_error(
-        sample.table, "", fmt::format("its pictures of {} x {} pixels", size.x, size.y), account.limit())};
+        sample.table, "", fmt::format("its pictures of {} x {} pixels", size.x, size.y), budget.limit())};
   }
 }
 
@@ -228,8 +228,8 @@ V2d period_of(const FlatSample& sample, const ImportOptions& options) {
     };
     std::ranges::stable_sort(steepest, [&](const auto* a, const auto* b) { return height(a) > height(b); });
     steepest.resize(std::min(steepest.size(), used));
-    MemoryAccount account(options.max_memory);
-    take_pixels(account, sample, steepest.size() * sizeof(float) + reading_price);
+    MemoryBudget budget(options.max_memory);
+    take_pixels(budget, sample, steepest.size() * sizeof(float) + reading_price);
     std::vector<Image> pictures;
     for (const MeasuredPicture* picture : steepest)
       pictures.push_back(luminance_of(value_or_throw(read_picture(*picture, sample.size, options))));
@@ -281,11 +281,11 @@ struct Cells {
 
 /// As many pictures at once as `memory` has room for.
 Cells read_cells(const FlatSample& sample, const RepeatAverage& average, ImportOptions options,
-                 MemoryAccount memory, const Progress& progress) {
-  const std::uint64_t left = memory.remaining_bytes();
+                 MemoryBudget memory, const Progress& progress) {
+  const std::uint64_t left = memory.unspent_bytes();
   take_pixels(memory, sample, reading_price);
   const auto at_once =
-      static_cast<int>(std::min<std::uint64_t>(thread_count(), left / (left - memory.remaining_bytes())));
+      static_cast<int>(std::min<std::uint64_t>(thread_count(), left / (left - memory.unspent_bytes())));
   options.max_memory = left / at_once;
   const auto count = static_cast<int>(sample.pictures.size());
   Cells cells;
@@ -380,7 +380,7 @@ Samples samples_from(const SamplesHeader& header, const std::vector<float>& alph
 std::string provenance_of(const ImportReport& report, const std::string& table) {
   nlohmann::json import{{"table", table},
                         {"pictures", report.picture_count},
-                        {"heldOut", report.held_out},
+                        {"heldOut", report.held_out_count},
                         {"repeats", {report.repeats.x, report.repeats.y}},
                         {"irregularity", report.repeat_deviation},
                         {"leftOutError", report.leave_one_out_error}};
@@ -388,10 +388,10 @@ std::string provenance_of(const ImportReport& report, const std::string& table) 
 }
 
 /// The memory left beside the texels of the pictures.
-MemoryAccount check_options(const ImportOptions& o, const FlatSample& sample) {
-  MemoryAccount memory(o.max_memory);
+MemoryBudget check_options(const ImportOptions& o, const FlatSample& sample) {
+  MemoryBudget memory(o.max_memory);
   // All pictures, and those that the grids are interpolated from.
-  if (!memory.try_reserve(sample.pictures.size(), std::uint64_t{24} * sample.texel_count())) {
+  if (!memory.try_spend(sample.pictures.size(), std::uint64_t{24} * sample.texel_count())) {
     throw Failure{memory_limit_error(sample.table, "--texels",
                                      fmt::format("{} pictures of {} x {} texels", sample.pictures.size(),
                                                  sample.texels.x, sample.texels.y),
@@ -418,12 +418,12 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
   // Those of a bake, but no more than pixels.
   const auto fitting = [](double pixels) { return std::clamp(static_cast<int>(std::lround(pixels)), 1, 32); };
   sample.texels = options.texels.value_or(V2i(fitting(sample.period.x), fitting(sample.period.y)));
-  MemoryAccount memory = check_options(options, sample);
+  MemoryBudget memory = check_options(options, sample);
   take_pixels(memory, sample, sizeof(float));  // opacity
   const auto opacity = [&] {
     ImportOptions as_it_is;
     as_it_is.colours = PictureColours::linear;
-    as_it_is.max_memory = memory.remaining_bytes();
+    as_it_is.max_memory = memory.unspent_bytes();
     return options.opacity_path.empty()
                ? Image()
                : value_or_throw(read_picture({options.opacity_path, {}, 1, 0}, sample.size, as_it_is));
@@ -443,7 +443,7 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
   for (std::size_t i = 0; i < sets.size(); ++i)
     header.pairs[index_of(sets[i])].push_back(sample.pictures[i].pair);
   known.pairs = header.pairs[index_of(PairKind::measured)];
-  report.held_out = report.picture_count - static_cast<int>(known.pairs.size());
+  report.held_out_count = report.picture_count - static_cast<int>(known.pairs.size());
   known.values.resize(static_cast<Eigen::Index>(known.pairs.size()), cells.values.cols());
   for (std::size_t i = 0, row = 0; i < sets.size(); ++i)
     if (sets[i] == PairKind::measured)

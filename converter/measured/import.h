@@ -56,7 +56,7 @@ struct ImportOptions {
 
 struct ImportReport {
   int picture_count = 0;
-  int held_out = 0;  ///< validation and held-out together
+  int held_out_count = 0;  ///< validation and held-out together
   V2i texels{0, 0};
   V2d period_mm{0, 0};
   V2d repeats{0, 0};            ///< in a picture

@@ -42,7 +42,7 @@ struct CellMesh {
   std::vector<Gloss> gloss;  ///< per vertex; as many as fibres
   std::vector<float>
       transmission;  ///< per vertex, fraction of the diffuse light that goes through; empty: none
-  std::vector<YarnPlace> places;  ///< per vertex; empty: no yarn has strands, hairs or irregularity
+  std::vector<YarnPlace> yarn_places;  ///< per vertex; empty: no yarn has strands, hairs or irregularity
   Hairs hairs;
   std::vector<V3i> triangles;  ///< vertex indices, counter-clockwise seen from outside
   YarnData yarns;              ///< that the surface is of, without its light; empty: not known (find_yarns())

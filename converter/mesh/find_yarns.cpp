@@ -478,7 +478,7 @@ double describe(const std::vector<SampledPoint>& points, const V2d& period, cons
   }
   curves.resize(axes.size());
   for (std::size_t a = 0; a < axes.size(); ++a) {
-    curves[a].turns = axes[a].turns;
+    curves[a].repeat_offset = axes[a].turns;
     curves[a].radius = static_cast<float>(axes[a].radius);
     curves[a].albedo = V3f(sums[a] / std::max(1, counts[a]));
   }

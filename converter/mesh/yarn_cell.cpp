@@ -15,10 +15,10 @@ YarnCell yarn_cell_of(const CellMesh& mesh) {
     const auto t = static_cast<double>(mesh.transmission[v]);
     const V3f through(ply_wall_albedo(V3d(mesh.albedo[v]), t) * t);
     // Places of found yarn are not known: it has what any vertex has.
-    if (mesh.places.empty())
+    if (mesh.yarn_places.empty())
       std::ranges::fill(cell.wall_transmission, through);
-    else if (mesh.places[v].curve >= 0)
-      cell.wall_transmission[mesh.places[v].curve] = through;
+    else if (mesh.yarn_places[v].curve >= 0)
+      cell.wall_transmission[mesh.yarn_places[v].curve] = through;
   }
   return cell;
 }

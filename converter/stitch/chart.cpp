@@ -123,7 +123,7 @@ class ChartReader {
     } else if (line.key == "course_mm") {
       chart_.knit.course_mm = length_in(line);
     } else if (line.key == "float") {
-      const auto count = count_in(line.value, 1024);
+      const auto count = parse_count(line.value, 1024);
       if (!count)
         refuse_line(line.number, fmt::format("float must be a count from 1 to 1024, is \"{}\"", line.value));
       chart_.knit.max_float = *count;
@@ -306,10 +306,10 @@ class ChartReader {
         longest = std::max(longest, passed);
       }
     }
-    if (longest <= max_float_without_remark || chart_.knit.max_float > 0) return;
+    if (longest <= max_float_stitches_without_remark || chart_.knit.max_float > 0) return;
     chart_.remarks.push_back(
         fmt::format("yarn {} floats behind {} stitches of row {}: knitters catch what is longer than {}",
-                    names_[yarn], longest, number, max_float_without_remark));
+                    names_[yarn], longest, number, max_float_stitches_without_remark));
   }
 
   const std::string& file_;
@@ -336,7 +336,7 @@ Result<ChartText> read_chart(std::string_view text, const std::string& file) {
     return fail(Code::file_too_large, file, "",
                 fmt::format("{} bytes, a chart has at most {}", text.size(), max_chart_bytes));
   }
-  return reading(file, [&] { return ChartReader(file).read(text); });
+  return with_file_name(file, [&] { return ChartReader(file).read(text); });
 }
 
 }  // namespace selvedge

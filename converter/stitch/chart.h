@@ -26,7 +26,7 @@ constexpr std::size_t max_chart_stitches = 1U << 14U;
 constexpr std::size_t max_chart_yarns = 8;
 constexpr std::size_t max_row_yarns = 4;
 /// Stitches that a yarn may pass without a remark: knitters catch longer floats.
-constexpr int max_float_without_remark = 5;
+constexpr int max_float_stitches_without_remark = 5;
 
 /// A chart as its text has it.
 struct ChartText {

@@ -70,7 +70,7 @@ std::optional<int> number_of(const Token& token) {
   static const Words endings{"", "st", "nd", "rd", "th"};
   const std::string_view word = token.word;
   const std::size_t digits = std::min(word.find_first_not_of("0123456789"), word.size());
-  return endings.contains(word.substr(digits)) ? count_in(word.substr(0, digits), max_row_number)
+  return endings.contains(word.substr(digits)) ? parse_count(word.substr(0, digits), max_row_number)
                                                : std::nullopt;
 }
 
@@ -80,12 +80,13 @@ void add_word(std::string word, const std::string& text, int line, Tokens& token
   // "sl1-k1-psso", "m1-l", "k1tbl".
   std::string joined = word;
   std::erase(joined, '-');
-  const bool is_whole = stitch_named(joined) || word.find('/') != std::string::npos || word.starts_with("cc");
+  const bool is_whole =
+      find_stitch_item(joined) || word.find('/') != std::string::npos || word.starts_with("cc");
   const std::size_t digits = std::min(word.find_first_of("0123456789"), word.size());
   const std::size_t rest = std::min(word.find_first_not_of("0123456789", digits), word.size());
   const std::size_t dash = is_whole || word.size() == 1 ? std::string::npos : word.find('-');
   const auto count_of = [&](const std::string& number) {
-    return count_in(number, max_chart_stitches).value_or(-1);
+    return parse_count(number, max_chart_stitches).value_or(-1);
   };
   if (dash != std::string::npos) {
     if (dash > 0) add_word(word.substr(0, dash), text, line, tokens);
@@ -106,7 +107,7 @@ void add_word(std::string word, const std::string& text, int line, Tokens& token
     last->word += word == "tbl" ? word : fmt::format("{}tog", std::max(std::exchange(last->count, 0), 1));
   } else if (last != nullptr && last->word.find('/') != std::string::npos && is_digit(last->word.back())) {
     last->word += word;
-  } else if (last != nullptr && last->count == 0 && stitch_named(last->word) && is_digit(word[0]) &&
+  } else if (last != nullptr && last->count == 0 && find_stitch_item(last->word) && is_digit(word[0]) &&
              word.find_first_not_of("0123456789") == std::string::npos) {
     last->count = count_of(word);
     last->text += " " + word;
@@ -141,7 +142,7 @@ bool is_word_at(const Tokens& tokens, std::size_t i, const Words& words) {
 }
 
 bool begins_stitches(const Token& token) {
-  return token.word == "(" || token.word == "[" || token.word == "*" || stitch_named(token.word);
+  return token.word == "(" || token.word == "[" || token.word == "*" || find_stitch_item(token.word);
 }
 
 /// "Row 2 and all WS rows": the rows that a line is for.
@@ -215,11 +216,11 @@ class Parser {
   Parser(Tokens tokens, bool chart, const FindYarn& find_yarn, std::size_t yarn)
       : tokens_(std::move(tokens)), is_chart_(chart), find_yarn_(find_yarn), yarn_(yarn) {}
 
-  Parts row() {
-    Parts parts = sequence(0);
+  RowParts row() {
+    RowParts parts = sequence(0);
     if (next_ < tokens_.size()) refuse("closes no bracket");
     // "Knit."
-    if (!is_chart_ && parts.size() == 1 && is_bare_ && parts[0].group.empty()) parts[0].open = true;
+    if (!is_chart_ && parts.size() == 1 && is_bare_ && parts[0].group.empty()) parts[0].fills_row = true;
     return parts;
   }
   std::size_t yarn() const { return yarn_; }
@@ -255,54 +256,54 @@ class Parser {
   }
 
   /// "3 times", "to end", "to last 2 sts", "across", "all sts". `more`: times beside these.
-  bool take_count(Part& part, int more) {
+  bool take_count(RowPart& part, int more) {
     if (const auto count = times()) {
       part.count = *count + more;
       return true;
     }
     if (!take({"to", "all"}) && !is_word({"sts"})) return false;
     const bool last = take({"last"});
-    part.left = take_number().value_or(last ? 1 : -1);
-    part.open = true;
+    part.stitches_left = take_number().value_or(last ? 1 : -1);
+    part.fills_row = true;
     while (take({"sts", "row", "rnd"})) {
     }
     return true;
   }
 
   /// "sl1, k1, psso".
-  void pass_over(Parts& parts, bool two) {
+  void pass_over(RowParts& parts, bool two) {
     const std::size_t n = parts.size();
-    const bool slips = n > 1 && parts[n - 2].item.as.held != ChartStitch::Held::none &&
+    const bool slips = n > 1 && parts[n - 2].item.chart_stitch.held != ChartStitch::Held::none &&
                        parts[n - 2].count == (two ? 2 : 1) && parts[n - 1].count == 1;
-    const int takes = slips && parts[n - 1].item.makes == 1 ? parts[n - 1].item.takes : 0;
+    const int takes = slips && parts[n - 1].item.made_stitches == 1 ? parts[n - 1].item.taken_loops : 0;
     if (takes < 1 || takes > (two ? 1 : 2))
       refuse("passes no slipped stitch over: \"sl1, k1, psso\", \"sl1, k2tog, psso\" or \"sl2, k1, p2sso\"");
     parts.resize(n - 1);
-    parts.back() = {*stitch_named(two ? "cdd" : takes == 2 ? "sk2p" : "ssk"), {}};
-    give_yarn(parts.back(), yarn_);
+    parts.back() = {*find_stitch_item(two ? "cdd" : takes == 2 ? "sk2p" : "ssk"), {}};
+    set_part_yarn(parts.back(), yarn_);
   }
 
   /// "k2", "c4f twice", "p to last 2 sts".
-  bool take_stitch(Parts& parts) {
+  bool take_stitch(RowParts& parts) {
     const auto& [name, text, count, line] = tokens_[next_];
-    const auto item = stitch_named(name == "sl" && in_front_ ? "slwyif" : name);
+    const auto item = find_stitch_item(name == "sl" && in_front_ ? "slwyif" : name);
     if (!item) return false;
     if (count < 0) refuse(fmt::format("has no count from 1 to {}", max_chart_stitches));
     is_bare_ = count == 0 && (name == "k" || name == "p");
-    Part part{*item, {}, std::max(count, 1)};
-    give_yarn(part, yarn_);
+    RowPart part{*item, {}, std::max(count, 1)};
+    set_part_yarn(part, yarn_);
     ++next_;
     if (count > 0) take({"sts", "times", "x"});
     if (const auto more = times())
       part.count *= *more;
-    else if (item->takes == 1 && item->makes == 1)
+    else if (item->taken_loops == 1 && item->made_stitches == 1)
       take_count(part, 0);
     parts.push_back(std::move(part));
     return is_joined_ = true;
   }
 
   /// "k the knits and p the purls", "work sts as they appear".
-  bool take_shown(Parts& parts) {
+  bool take_shown(RowParts& parts) {
     const Words kinds{"k", "knits", "p", "purls"};
     const std::size_t named = is_word(kinds, 2) ? 2 : 3;
     const bool names = is_word({"k", "p"}) && is_word({"the", "all"}, 1) && is_word(kinds, named);
@@ -311,10 +312,10 @@ class Parser {
           return Words{"appear", "present", "knits", "set", "established"}.contains(token.word);
         });
     if (!names && !works) return false;
-    Part part;
-    part.item.shown = names && tokens_[next_ + named].word[0] != tokens_[next_].word[0] ? -1 : 1;
-    part.open = true;
-    give_yarn(part, yarn_);
+    RowPart part;
+    part.item.like_below = names && tokens_[next_ + named].word[0] != tokens_[next_].word[0] ? -1 : 1;
+    part.fills_row = true;
+    set_part_yarn(part, yarn_);
     while (next_ < tokens_.size() && !is_word({"to"})) ++next_;
     take_count(part, 0);
     parts.push_back(std::move(part));
@@ -322,25 +323,25 @@ class Parser {
   }
 
   /// "rep from * to last st"; `star`: where the repeat begins.
-  void repeat(Parts& parts, std::optional<std::size_t> star) {
+  void repeat(RowParts& parts, std::optional<std::size_t> star) {
     while (take({"rep", "*", ","}) || (is_word({"to"}) && is_word({"*"}, 1) && take({"to"}))) {
     }
     const std::size_t begin = star.value_or(0);
     if (parts.size() <= begin) refuse("repeats nothing");
     if (star || parts.back().group.empty()) {
-      Part group;
+      RowPart group;
       group.group.assign(parts.begin() + static_cast<std::ptrdiff_t>(begin), parts.end());
       parts.resize(begin);
       parts.push_back(std::move(group));
     }
-    Part& part = parts.back();
-    part.open = !take_count(part, 1) || part.open;
+    RowPart& part = parts.back();
+    part.fills_row = !take_count(part, 1) || part.fills_row;
   }
 
   /// "(k2, p2) 3 times".
-  void take_bracket(Parts& parts, int depth) {
+  void take_bracket(RowParts& parts, int depth) {
     const int line = tokens_[next_++].line;
-    Part part;
+    RowPart part;
     part.group = sequence(depth + 1);
     if (!take({")", "]"})) refuse_line(line, "a bracket is not closed");
     if (is_word({"in"})) refuse("follows several stitches of one, which are not drawn");
@@ -350,18 +351,18 @@ class Parser {
   }
 
   /// "wyif": of the slipped stitch before it, or from here on; a yarn likewise.
-  bool take_yarn(Parts& parts) {
+  bool take_yarn(RowParts& parts) {
     const Token& token = tokens_[next_];
     const bool joined = is_joined_ && !parts.empty();
     using Held = ChartStitch::Held;
     if (const bool front = token.word == "wyif"; front || token.word == "wyib") {
-      if (joined && parts.back().item.as.held != Held::none)
-        parts.back().item.as.held = front ? Held::yarn_in_front : Held::yarn_behind;
+      if (joined && parts.back().item.chart_stitch.held != Held::none)
+        parts.back().item.chart_stitch.held = front ? Held::yarn_in_front : Held::yarn_behind;
       else
         in_front_ = front;
     } else if (!is_chart_ && is_yarn(token)) {
       const std::size_t yarn = find_yarn_(name_of(token), token.line);
-      joined ? give_yarn(parts.back(), yarn) : void(yarn_ = yarn);
+      joined ? set_part_yarn(parts.back(), yarn) : void(yarn_ = yarn);
     } else {
       return false;
     }
@@ -369,9 +370,9 @@ class Parser {
     return true;
   }
 
-  Parts sequence(int depth) {
+  RowParts sequence(int depth) {
     if (depth > max_brackets) refuse("is in too many brackets");
-    Parts parts;
+    RowParts parts;
     std::optional<std::size_t> star;
     is_joined_ = false;
     while (next_ < tokens_.size() && !is_word({")", "]"})) {
@@ -390,11 +391,11 @@ class Parser {
         next_ += is_word({",", ":"}) ? 1 : 2;  // "(12 sts)"
       } else if (!take({"-", "rs", "ws", "next", "row", "in", "sts", "the"}) && !take_shown(parts) &&
                  !take_stitch(parts) && !take_yarn(parts)) {
-        if (is_word(shaping)) refuse(shaped_piece);
+        if (is_word(shaping)) refuse(shaped_piece_message);
         if (number_of(tokens_[next_]))
           refuse("counts nothing: a count is behind its stitch, or before \"times\"");
         refuse_line(tokens_[next_].line, fmt::format("there is no stitch \"{}\" (there are {})",
-                                                     tokens_[next_].text, stitch_names));
+                                                     tokens_[next_].text, known_stitches_text));
       }
     }
     if (star && *star < parts.size()) repeat(parts, star);
@@ -430,7 +431,7 @@ class Reader {
     const bool is_prose =
         is_word_at(tokens, 0, {"cast", "bind", "co", "bo", "note", "notes", "this", "these"});
     if (!key && !is_prose && is_word_at(tokens, 0, shaping))
-      refuse_line(tokens[0].line, fmt::format("\"{}\" {}", tokens[0].text, shaped_piece));
+      refuse_line(tokens[0].line, fmt::format("\"{}\" {}", tokens[0].text, shaped_piece_message));
     if (!key && (!continues || is_prose)) end_row();
     if (key_ || is_word_at(tokens, 0, {"rep"})) body_.insert(body_.end(), tokens.begin(), tokens.end());
     if (!key_) take_repeat();
@@ -445,33 +446,33 @@ class Reader {
     int edge = 0;
     const WrittenRow* other = &rows_.begin()->second;
     for (auto& [number, row] : rows_) {
-      row.check();
-      if (row.per_repeat == 0 && other->per_repeat != 0) other = &row;
-      edge = std::max(edge, row.takes);
-      period =
-          std::min(std::lcm(period, std::max(row.per_repeat, 1)), static_cast<int>(max_chart_stitches) + 1);
+      row.count_stitches();
+      if (row.loops_per_repeat == 0 && other->loops_per_repeat != 0) other = &row;
+      edge = std::max(edge, row.fixed_loops);
+      period = std::min(std::lcm(period, std::max(row.loops_per_repeat, 1)),
+                        static_cast<int>(max_chart_stitches) + 1);
     }
-    const bool repeats = other->per_repeat > 0;
-    if (!repeats) period = other->takes;
+    const bool repeats = other->loops_per_repeat > 0;
+    if (!repeats) period = other->fixed_loops;
     if (period * rows_.size() > max_chart_stitches)
-      refuse_line(line_,
-                  fmt::format("more than {} stitches in all rows: {}", max_chart_stitches, one_repeat));
+      refuse_line(line_, fmt::format("more than {} stitches in all rows: {}", max_chart_stitches,
+                                     cut_to_repeat_advice));
     edge = repeats ? edge : 0;
     int width = 2 * edge + period;
     int step = repeats ? 1 : 0;
     for (const auto& [number, row] : rows_) {
-      for (int k = 0; k < row.per_repeat && !row.fits(width); ++k) width += step;
-      if (!row.fits(width))
-        refuse_line(row.line,
-                    fmt::format("{}, {}: all rows must fit one number", row.counts(), other->counts()));
-      step = std::lcm(step, row.per_repeat);
+      for (int k = 0; k < row.loops_per_repeat && !row.fits_width(width); ++k) width += step;
+      if (!row.fits_width(width))
+        refuse_line(row.line, fmt::format("{}, {}: all rows must fit one number", row.taken_stitches_text(),
+                                          other->taken_stitches_text()));
+      step = std::lcm(step, row.loops_per_repeat);
     }
     std::vector<ReadRow> read;
     std::vector<ChartStitch> below;
     for (const auto& [number, row] : rows_) {
       below = row.stitches(width, below);
       read.push_back({number, row.line, {below.begin() + edge, below.begin() + edge + period}});
-      straighten(read.back().stitches);
+      minimise_column_shifts(read.back().stitches);
     }
     if (std::ranges::any_of(rows_, [](const auto& row) { return row.second.side != 'f'; }))
       remarks_.emplace_back(
@@ -530,8 +531,8 @@ class Reader {
         if (!rows_.contains(source))
           refuse_line(line_, fmt::format("row {} repeats row {}, which is not above it", row.number, source));
         row.parts = rows_.at(source).parts;
-        for (Part& part : row.parts)
-          if (states_yarn) give_yarn(part, yarn_);
+        for (RowPart& part : row.parts)
+          if (states_yarn) set_part_yarn(part, yarn_);
       }
       if (!rows_.emplace(row.number, row).second)
         refuse_line(line_,

@@ -25,15 +25,15 @@ std::optional<StitchItem> cable_named(std::string_view name) {
   if (name.size() < 3) return std::nullopt;
   const bool twists = name.front() == 't';
   if ((name.front() == 'c' || twists) && (name.back() == 'f' || name.back() == 'b')) {
-    const auto width = count_in(name.substr(1, name.size() - 2), twists ? 4 : max_cable);
+    const auto width = parse_count(name.substr(1, name.size() - 2), twists ? 4 : max_cable);
     if (!width || *width < 2 || (*width % 2 != 0 && *width != 3)) return std::nullopt;
     return cable((*width + 1) / 2, *width / 2, name.back() == 'f', twists);
   }
   const std::size_t slash = name.find('/');
   const std::size_t way = name.find_first_of("lr");
   if (slash == std::string_view::npos || way == std::string_view::npos || way < slash) return std::nullopt;
-  const auto front = count_in(name.substr(0, slash), max_cable);
-  const auto back = count_in(name.substr(slash + 1, way - slash - 1), max_cable);
+  const auto front = parse_count(name.substr(0, slash), max_cable);
+  const auto back = parse_count(name.substr(slash + 1, way - slash - 1), max_cable);
   const std::string_view kind = name.substr(way + 1);
   if (!front || !back || *front + *back > max_cable || (kind != "c" && kind != "pc")) return std::nullopt;
   return cable(*front, *back, name[way] == 'l', kind == "pc");
@@ -60,25 +60,26 @@ struct Counts {
 };
 
 /// Counts parts, open ones `repeats` times.
-Counts count(const Parts& parts, int repeats, int line) {
+Counts count(const RowParts& parts, int repeats, int line) {
   Counts sum;
-  for (const Part& part : parts) {
-    const auto& [takes, makes, open] =
-        part.group.empty() ? Counts{part.item.takes, part.item.makes, 0} : count(part.group, repeats, line);
-    const std::int64_t times = part.open ? repeats : part.count;
+  for (const RowPart& part : parts) {
+    const auto& [takes, makes, open] = part.group.empty()
+                                           ? Counts{part.item.taken_loops, part.item.made_stitches, 0}
+                                           : count(part.group, repeats, line);
+    const std::int64_t times = part.fills_row ? repeats : part.count;
     if (sum.takes + sum.makes + times * (takes + makes) > 4 * std::int64_t(max_chart_stitches))
-      refuse_line(line, fmt::format("more than {} stitches: {}", max_chart_stitches, one_repeat));
+      refuse_line(line, fmt::format("more than {} stitches: {}", max_chart_stitches, cut_to_repeat_advice));
     sum.takes += static_cast<int>(times) * takes;
     sum.makes += static_cast<int>(times) * makes;
-    sum.open += open + (part.open ? 1 : 0);
+    sum.open += open + (part.fills_row ? 1 : 0);
   }
   return sum;
 }
 
 /// Adds the stitches of parts in the order in which they are worked, open ones `repeats` times.
-void add_items(const Parts& parts, int repeats, std::vector<StitchItem>& items) {
-  for (const Part& part : parts) {
-    for (int k = 0; k < (part.open ? repeats : part.count); ++k) {
+void add_items(const RowParts& parts, int repeats, std::vector<StitchItem>& items) {
+  for (const RowPart& part : parts) {
+    for (int k = 0; k < (part.fills_row ? repeats : part.count); ++k) {
       if (part.group.empty())
         items.push_back(part.item);
       else
@@ -93,14 +94,14 @@ void refuse_line(int line, std::string message) {
   refuse_text(fmt::format("line {}", line), std::move(message));
 }
 
-std::optional<int> count_in(std::string_view digits, int max) {
+std::optional<int> parse_count(std::string_view digits, int max) {
   int count = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), count);
   const bool sound = error == std::errc() && end == digits.data() + digits.size();
   return sound && count >= 1 && count <= max ? std::optional(count) : std::nullopt;
 }
 
-std::optional<StitchItem> stitch_named(std::string_view name) {
+std::optional<StitchItem> find_stitch_item(std::string_view name) {
   // Loops of a decrease from the front to the back: the left one of k2tog leans over the right one, and the
   // right one of ssk over the left one. Turned right over left (1), as knitting through the back of a loop
   // turns it.
@@ -139,15 +140,15 @@ namespace {
 /// The same stitch, worked from the back, as seen from the face.
 StitchItem worked_from_back(const StitchItem& item) {
   StitchItem seen = item;
-  seen.as.purl = !item.as.purl && item.takes > 0;
-  for (int& loop : seen.as.source_loops) loop = item.takes - 1 - loop;
-  std::ranges::reverse(seen.as.source_loops);
+  seen.chart_stitch.purl = !item.chart_stitch.purl && item.taken_loops > 0;
+  for (int& loop : seen.chart_stitch.source_loops) loop = item.taken_loops - 1 - loop;
+  std::ranges::reverse(seen.chart_stitch.source_loops);
   using Held = ChartStitch::Held;
-  if (item.as.held == Held::yarn_in_front) seen.as.held = Held::yarn_behind;
-  if (item.as.held == Held::yarn_behind) seen.as.held = Held::yarn_in_front;
-  if (item.as.held != Held::none) seen.as.purl = false;
-  if (item.front == 0) return seen;
-  seen.front = item.makes - item.front;
+  if (item.chart_stitch.held == Held::yarn_in_front) seen.chart_stitch.held = Held::yarn_behind;
+  if (item.chart_stitch.held == Held::yarn_behind) seen.chart_stitch.held = Held::yarn_in_front;
+  if (item.chart_stitch.held != Held::none) seen.chart_stitch.purl = false;
+  if (item.front_stitches == 0) return seen;
+  seen.front_stitches = item.made_stitches - item.front_stitches;
   seen.purls_front = !item.purls_back;
   seen.purls_back = !item.purls_front;
   return seen;
@@ -159,28 +160,28 @@ std::vector<ChartStitch> stitches_of(const std::vector<StitchItem>& items) {
   int loop = 0;
   for (const StitchItem& item : items) {
     // Stitches of a cable that go to the left come first.
-    const int right = item.left ? item.makes - item.front : item.front;
-    for (int k = 0; k < item.makes; ++k) {
-      ChartStitch stitch = item.as;
+    const int right = item.front_goes_left ? item.made_stitches - item.front_stitches : item.front_stitches;
+    for (int k = 0; k < item.made_stitches; ++k) {
+      ChartStitch stitch = item.chart_stitch;
       const int column = static_cast<int>(stitches.size());
       for (int& through : stitch.source_loops) through += loop - column;
-      if (item.front != 0) {
-        const bool goes_left = k < item.makes - right;
-        const bool in_front = goes_left == item.left;
-        stitch.source_loops = {loop + (goes_left ? k + right : k - (item.makes - right)) - column};
+      if (item.front_stitches != 0) {
+        const bool goes_left = k < item.made_stitches - right;
+        const bool in_front = goes_left == item.front_goes_left;
+        stitch.source_loops = {loop + (goes_left ? k + right : k - (item.made_stitches - right)) - column};
         stitch.cable_layer = in_front ? 1 : -1;
         stitch.purl = in_front ? item.purls_front : item.purls_back;
       }
       stitches.push_back(std::move(stitch));
     }
-    loop += item.takes;
+    loop += item.taken_loops;
   }
   return stitches;
 }
 
 }  // namespace
 
-void straighten(std::vector<ChartStitch>& row) {
+void minimise_column_shifts(std::vector<ChartStitch>& row) {
   int decreases = 0;
   for (const ChartStitch& stitch : row)
     decreases += std::max(static_cast<int>(stitch.source_loops.size()) - 1, 0);
@@ -192,46 +193,47 @@ void straighten(std::vector<ChartStitch>& row) {
     for (int& loop : stitch.source_loops) loop += best;
 }
 
-void give_yarn(Part& part, std::size_t yarn) {
-  part.item.as.yarn = yarn;
-  for (Part& inner : part.group) give_yarn(inner, yarn);
+void set_part_yarn(RowPart& part, std::size_t yarn) {
+  part.item.chart_stitch.yarn = yarn;
+  for (RowPart& inner : part.group) set_part_yarn(inner, yarn);
 }
 
-void WrittenRow::check() {
+void WrittenRow::count_stitches() {
   const Counts rest = count(parts, 0, line);
   const Counts once = count(parts, 1, line);
   if (rest.open > 1)
     refuse_line(line, fmt::format("row {} repeats two groups as often as they fit: state how often", number));
-  takes = rest.takes;
-  per_repeat = once.takes - takes;
-  const bool drifts = once.makes - rest.makes != per_repeat;
-  if (drifts || rest.makes != takes)
-    refuse_line(line, fmt::format("row {}{} takes {} stitches and makes {}: as many yarn overs as decreases "
-                                  "keep their number, and shaped pieces are not drawn",
-                                  number, drifts ? ", in its repeat," : "", drifts ? per_repeat : takes,
-                                  drifts ? once.makes - rest.makes : rest.makes));
-  const auto open = std::ranges::find_if(parts, &Part::open);
-  if (open == parts.end() || open->left < 0) return;
-  if (const int behind = count({open + 1, parts.end()}, 0, line).takes; open->left != behind)
+  fixed_loops = rest.takes;
+  loops_per_repeat = once.takes - fixed_loops;
+  const bool drifts = once.makes - rest.makes != loops_per_repeat;
+  if (drifts || rest.makes != fixed_loops)
+    refuse_line(line,
+                fmt::format("row {}{} takes {} stitches and makes {}: as many yarn overs as decreases "
+                            "keep their number, and shaped pieces are not drawn",
+                            number, drifts ? ", in its repeat," : "", drifts ? loops_per_repeat : fixed_loops,
+                            drifts ? once.makes - rest.makes : rest.makes));
+  const auto open = std::ranges::find_if(parts, &RowPart::fills_row);
+  if (open == parts.end() || open->stitches_left < 0) return;
+  if (const int behind = count({open + 1, parts.end()}, 0, line).takes; open->stitches_left != behind)
     refuse_line(line, fmt::format("row {} repeats to the last {} stitches, and takes {} behind them", number,
-                                  open->left, behind));
+                                  open->stitches_left, behind));
 }
 
 std::vector<ChartStitch> WrittenRow::stitches(int width, const std::vector<ChartStitch>& below) const {
   std::vector<StitchItem> items;
-  add_items(parts, per_repeat == 0 ? 0 : (width - takes) / per_repeat, items);
+  add_items(parts, loops_per_repeat == 0 ? 0 : (width - fixed_loops) / loops_per_repeat, items);
   const bool mirrors = side == 'r' || side == 'o';
   if (mirrors) std::ranges::reverse(items);
   for (StitchItem& item : items)
-    if (side == 'w' && item.shown == 0) item = worked_from_back(item);
+    if (side == 'w' && item.like_below == 0) item = worked_from_back(item);
   std::vector<ChartStitch> row = stitches_of(items);
   std::size_t column = 0;
   for (const StitchItem& item : items) {
-    if (item.shown != 0 && below.empty())
+    if (item.like_below != 0 && below.empty())
       refuse_line(line, fmt::format("row {} shows what no row below it has", number));
-    if (item.shown != 0)
-      row[column].purl = (below[column].purl && !below[column].source_loops.empty()) == (item.shown > 0);
-    column += static_cast<std::size_t>(item.makes);
+    if (item.like_below != 0)
+      row[column].purl = (below[column].purl && !below[column].source_loops.empty()) == (item.like_below > 0);
+    column += static_cast<std::size_t>(item.made_stitches);
   }
   if (yarns.size() > 1 && yarns.size() != row.size())
     refuse_line(line, fmt::format("names yarns for {} stitches, the row has {}", yarns.size(), row.size()));

@@ -93,11 +93,11 @@ std::string yarn_kind_names() {
   return names;
 }
 
-double surface_reflectance(double refraction) {
+double diffuse_fresnel_reflectance(double refraction) {
   return mean([&](double x) { return 2 * x * fresnel(x, refraction); });
 }
 
-double forward_fraction(double refraction) {
+double forward_transmitted_fraction(double refraction) {
   // Two refractions at the offset h from the axis turn light by 2 (asin h - asin(h / n)).
   const double limit = 15 * pi / 180;
   double low = 0;

@@ -28,7 +28,7 @@ struct YarnKind {
   double irregularity;       ///< Yarn::irregularity
   double melange;            ///< Yarn::melange
   double flattening;         ///< Yarn::flattening of woven yarn where it is free
-  double near_psnr;          ///< PSNR of the fabric drawn at the place `near` against the traced stitch
+  double near_view_psnr;     ///< PSNR of the fabric drawn at the place `near` against the traced stitch
 };
 
 /// Row 0 is "tube": a smooth yarn without fibres.
@@ -51,10 +51,10 @@ std::optional<int> find_yarn_kind(std::string_view name);
 std::string yarn_kind_names();
 
 /// Fraction of diffuse light that the surface of a fibre reflects (Fresnel): the weight of a yarn's gloss.
-double surface_reflectance(double refraction);
+double diffuse_fresnel_reflectance(double refraction);
 
 /// Fraction of the light on a clear round fibre that continues within 15 degrees of a straight line: it
 /// counts as not having met the fibre.
-double forward_fraction(double refraction);
+double forward_transmitted_fraction(double refraction);
 
 }  // namespace selvedge

@@ -55,10 +55,10 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
     const StitchPattern& pattern = cell.stitch->pattern;
     if (options.needs_stitch_mesh)
       cell.mesh = value_or_throw(
-          reading(name_or_path, [&] { return value_or_throw(mesh_stitch(pattern, mesh_options)); }));
+          with_file_name(name_or_path, [&] { return value_or_throw(mesh_stitch(pattern, mesh_options)); }));
     else
       cell.yarn =
-          value_or_throw(reading(name_or_path, [&] { return value_or_throw(yarn_cell_of(pattern)); }));
+          value_or_throw(with_file_name(name_or_path, [&] { return value_or_throw(yarn_cell_of(pattern)); }));
     cell.remarks = cell.stitch->remarks;
     return cell;
   });

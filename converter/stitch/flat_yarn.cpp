@@ -11,7 +11,7 @@ V3d squeeze_at(const Yarn& yarn, std::size_t segment, double t) {
   return squeeze_between(yarn.squeezes[segment], yarn.squeezes[(segment + 1) % yarn.squeezes.size()], t);
 }
 
-V3d direction_between(const V3d& apart, const Section& a, const Section& b, int steps) {
+V3d separating_direction(const V3d& apart, const YarnSection& a, const YarnSection& b, int steps) {
   V3d direction = apart.normalized();
   if (a.squeeze == V3d(0, 0, 0) && b.squeeze == V3d(0, 0, 0)) return direction;
   // With supports h = sqrt(d.S d), the distance is largest where apart - (S_a / h_a + S_b / h_b) d is along
@@ -19,7 +19,7 @@ V3d direction_between(const V3d& apart, const Section& a, const Section& b, int 
   // takes: one is enough where the sections are alike. Any direction is safe.
   for (int step = 0; step < steps; ++step) {
     V3d sum[3] = {V3d(0), V3d(0), V3d(0)};
-    for (const Section* s : {&a, &b}) {
+    for (const YarnSection* s : {&a, &b}) {
       const double thin = 1 - s->squeeze.length2();
       const double scale = s->radius * s->radius / support_of(*s, direction);
       for (int i = 0; i < 3; ++i) {

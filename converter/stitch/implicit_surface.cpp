@@ -292,9 +292,9 @@ Result<double> minimum_clearance(const StitchPattern& pattern, const std::string
           smallest = std::min(smallest, apart.length() - radii);
           continue;
         }
-        const Section of_a{a.radius_at(ta), a.squeeze_at(ta)};
-        const Section of_b{b.radius_at(tb), b.squeeze_at(tb)};
-        const V3d d = direction_between(apart, of_a, of_b);
+        const YarnSection of_a{a.radius_at(ta), a.squeeze_at(ta)};
+        const YarnSection of_b{b.radius_at(tb), b.squeeze_at(tb)};
+        const V3d d = separating_direction(apart, of_a, of_b);
         smallest = std::min(smallest, apart.dot(d) - support_of(of_a, d) - support_of(of_b, d));
       }
     }

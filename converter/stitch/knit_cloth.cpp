@@ -245,7 +245,7 @@ double KnitCloth::support(std::uint32_t piece, const V3d& direction, V3d& slope)
 void KnitCloth::set_sections() {
   for (const Chain& chain : chains_) {
     if (!chain.soft || swollen_ == 0) continue;
-    pass_on({strains_.begin() + chain.begin, strains_.begin() + chain.end}, spread, recovery);
+    diffuse_strains({strains_.begin() + chain.begin, strains_.begin() + chain.end}, spread, recovery);
     // Rounded, as logarithms differ in their last bits between machines.
     const double flat = recovery * swollen_ * static_cast<float>(std::log(chain.flattening));
     for (std::uint32_t i = chain.begin; i < chain.end; ++i) {

@@ -155,7 +155,7 @@ double twist_of_angle(double degrees, double radius_mm) {
 void set_fibre(int kind, Yarn& yarn) {
   yarn.fibre_kind = kind;
   if (kind == 0) return;
-  yarn.gloss.weight = static_cast<float>(surface_reflectance(yarn_kinds()[kind].refractive_index));
+  yarn.gloss.weight = static_cast<float>(diffuse_fresnel_reflectance(yarn_kinds()[kind].refractive_index));
   yarn.gloss.roughness = static_cast<float>(yarn_kinds()[kind].roughness);
   // By explicit fibres (docs/yarn.md): the mirrored and the returned light of satin, weaves and knits.
   yarn.gloss.lustre = 1 - 1.4F * yarn.gloss.roughness;

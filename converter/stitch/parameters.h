@@ -65,7 +65,7 @@ struct YarnMember {
   const char* name;
   double min;  ///< of the parameter
   double max;
-  bool is_hard_range;  ///< the range holds for every pattern
+  bool is_enforced_in_patterns;  ///< the range holds for every pattern
   const char* meaning;
   double (*get)(const Yarn&);
   void (*set)(Yarn&, double);

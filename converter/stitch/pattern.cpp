@@ -56,7 +56,7 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
     return refuse("/fibre", fmt::format("there is no fibre {}", yarn.fibre_kind));
   for (const YarnMember& m : yarn_members()) {
     const double value = m.get(yarn);
-    if (!m.is_hard_range || (value >= m.min && value <= m.max)) continue;
+    if (!m.is_enforced_in_patterns || (value >= m.min && value <= m.max)) continue;
     return refuse(fmt::format("/{}", m.name),
                   fmt::format("{} must lie in [{}, {}], is {}", m.name, m.min, m.max, value));
   }

@@ -135,7 +135,7 @@ Result<StitchPattern> read_stitch(std::string_view text, const std::string& file
                 fmt::format("{} bytes, a stitch description has at most {}", text.size(), max_stitch_bytes));
   }
   try {
-    return reading(file, [&] {
+    return with_file_name(file, [&] {
       StitchPattern pattern = pattern_of(Json::parse(text));
       value_or_throw(validate(pattern, file));
       return pattern;

@@ -44,7 +44,7 @@ std::string chart_of_picture(const std::string& bytes, const std::string& file) 
   std::vector<std::pair<int, std::uint32_t>> yarns;
   for (const auto& [colour, count] : counts) yarns.emplace_back(-count, colour);
   std::ranges::sort(yarns);
-  std::string chart = fmt::format("float: {}\n", usual_float);
+  std::string chart = fmt::format("float: {}\n", usual_float_stitches);
   std::map<std::uint32_t, char> letters;
   for (const auto& [count, colour] : yarns) {
     letters[colour] = static_cast<char>('A' + letters.size());

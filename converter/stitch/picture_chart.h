@@ -9,7 +9,7 @@ namespace selvedge {
 constexpr int max_picture_side = 256;
 constexpr int max_picture_colours = 6;
 /// Stitches that a yarn of a picture may pass before it is caught.
-constexpr int usual_float = 7;
+constexpr int usual_float_stitches = 7;
 
 /// Whether bytes begin as a PNG.
 bool is_png(const std::string& bytes);

@@ -37,7 +37,7 @@ std::vector<V3d> resampled(const RelaxChain& chain, std::size_t count) {
   return points;
 }
 
-void pass_on(std::span<Imath::M33d> strains, double spread, double recovery) {
+void diffuse_strains(std::span<Imath::M33d> strains, double spread, double recovery) {
   const std::vector<Imath::M33d> old(strains.begin(), strains.end());
   const std::size_t count = old.size();
   for (std::size_t i = 0; i < count; ++i)

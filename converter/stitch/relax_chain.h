@@ -59,7 +59,7 @@ inline Nearest nearest_of(const V3d& between, const V3d& along_a, const V3d& alo
 }
 
 /// Passes this fraction of the strains of soft sections on to either neighbour, and takes `recovery` back.
-void pass_on(std::span<Imath::M33d> strains, double spread, double recovery);
+void diffuse_strains(std::span<Imath::M33d> strains, double spread, double recovery);
 
 /// Keeps a strain across its piece, without trace and within bounds; returns half the width of the section,
 /// in radii.

@@ -15,7 +15,7 @@ namespace selvedge {
 
 /// The value of `read`, or the error of its Failure, which names the file.
 template <class Read>
-auto reading(const std::string& file, const Read& read) -> decltype(catch_failure(read)) {
+auto with_file_name(const std::string& file, const Read& read) -> decltype(catch_failure(read)) {
   auto result = catch_failure(read);
   if (!result) result.error().file = file;
   return result;

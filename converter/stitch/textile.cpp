@@ -20,7 +20,7 @@ constexpr double bearing = 0.25;
 
 YarnData curves_of(const StitchPattern& pattern) {
   YarnData data = value_or_throw(yarn_curves_of(pattern));
-  data.light.resize(std::size_t{light_values_per_station} * counts_of(data).stations);
+  data.station_light.resize(std::size_t{light_values_per_station} * counts_of(data).stations);
   value_or_throw(validate(data, V2f(pattern.period_mm)));
   return data;
 }

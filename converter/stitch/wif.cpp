@@ -576,7 +576,7 @@ Result<WifDraft> read_wif(std::string_view text, const std::string& file) {
     return fail(Code::file_too_large, file, "",
                 fmt::format("{} bytes, a weaving draft has at most {}", text.size(), max_wif_bytes));
   }
-  return reading(file, [&] { return draft_of(text); });
+  return with_file_name(file, [&] { return draft_of(text); });
 }
 
 }  // namespace selvedge

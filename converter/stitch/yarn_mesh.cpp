@@ -77,7 +77,7 @@ bool give_plies(const Yarn& yarn, const V2f& period, const YarnChainOptions& opt
   curve.plies.divisions = divisions_for(curve, nodes, period, options);
   YarnData alone{{curve}, {nodes.begin(), nodes.end()}, {}, {}};
   alone.curves[0].hairs = {};
-  alone.light.assign(std::size_t{light_values_per_station} * curve.stations, 0);
+  alone.station_light.assign(std::size_t{light_values_per_station} * curve.stations, 0);
   return validate(alone, period).has_value();
 }
 
@@ -100,7 +100,7 @@ YarnHairs hairs_for(const StitchPattern& pattern, std::size_t index, int room) {
   hairs.mean_length = static_cast<float>(yarn.hair_mm);
   hairs.loop_fraction = static_cast<float>(yarn.hair_loops);
   hairs.radius = static_cast<float>(0.5e-3 * fibre.diameter_um);
-  hairs.opacity = static_cast<float>(1 - forward_fraction(fibre.refractive_index));
+  hairs.opacity = static_cast<float>(1 - forward_transmitted_fraction(fibre.refractive_index));
   return hairs;
 }
 
@@ -168,7 +168,7 @@ constexpr float change_of_irregularity = 2;
 YarnStrands strands_of(const Yarn& yarn, int seed) {
   const double length = length_of(frames_of(yarn, 0.5 * yarn.radius_mm));
   YarnStrands strands;
-  strands.swells = std::clamp(swells_of(length, yarn.radius_mm), 1, max_pieces);
+  strands.swells = std::clamp(swells_of(length, yarn.radius_mm), 1, max_noise_pieces);
   strands.irregularity = std::min(static_cast<float>(yarn.irregularity), max_irregularity);
   strands.seed = seed;
   strands.contrast = std::min(static_cast<float>(yarn.melange), max_contrast);
@@ -179,10 +179,10 @@ YarnStrands strands_of(const Yarn& yarn, int seed) {
       std::max(1e-3 * yarn_kinds()[yarn.fibre_kind].diameter_um, min_strand * yarn.radius_mm);
   strands.count = std::clamp(static_cast<int>(std::lround(2 * std::numbers::pi * yarn.radius_mm / width)), 6,
                              max_strands);
-  strands.pieces =
-      std::clamp(static_cast<int>(std::lround(length / (strand_length * yarn.radius_mm))), 2, max_pieces);
+  strands.noise_pieces = std::clamp(static_cast<int>(std::lround(length / (strand_length * yarn.radius_mm))),
+                                    2, max_noise_pieces);
   // In whole turns, also where there are more than a file holds.
-  const int most = max_pieces / strands.count;
+  const int most = max_noise_pieces / strands.count;
   strands.shift = strands.count * static_cast<int>(std::clamp(std::round(length * yarn.twist_per_mm),
                                                               -1.0 * most, 1.0 * most));
   return strands;
@@ -215,7 +215,7 @@ void give_strands(const StitchPattern& described, const StitchPattern& laid, Yar
     YarnStrands& strands = curve.strands;
     strands = next_strands();
     chain += chains - 1;
-    strands.pieces = std::max(2, strands.pieces / passes);
+    strands.noise_pieces = std::max(2, strands.noise_pieces / passes);
     strands.swells = strands.irregularity > 0 ? swells : std::max(2, strands.swells / passes);
     const PlyTwist course = ply_twist_of(yarn);
     const double length = length_of(course.frames);
@@ -225,8 +225,8 @@ void give_strands(const StitchPattern& described, const StitchPattern& laid, Yar
     const double lean = static_cast<double>(curve.fibre_slope) * length / (2 * std::numbers::pi * ply);
     // The frame of the axis turns about a ply by the angle that the ply's course lacks to a flat circle.
     const double lays = lean * std::hypot(1, climb) + turns * (1 - 1 / std::hypot(1, climb));
-    strands.shift =
-        static_cast<int>(std::lround(std::clamp(lays * strands.count, -1.0 * max_pieces, 1.0 * max_pieces)));
+    strands.shift = static_cast<int>(
+        std::lround(std::clamp(lays * strands.count, -1.0 * max_noise_pieces, 1.0 * max_noise_pieces)));
   }
 }
 
@@ -277,7 +277,7 @@ YarnPlace place_of(const V3f& vertex, const Yarns& yarns) {
   const YarnCurve& curve = yarns.data().curves[point.curve];
   return {point.curve, curve.strands.count > 0 ? point.rows.first_row / curve.strands.count : 0,
           point.station / static_cast<float>(curve.stations),
-          std::atan2(point.sine, point.cosine) / (2 * std::numbers::pi_v<float>)};
+          std::atan2(point.angle_sine, point.angle_cosine) / (2 * std::numbers::pi_v<float>)};
 }
 
 Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cubes_across, double low, double high) {
@@ -402,7 +402,7 @@ Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& optio
       if (glossy) mesh.fibre_directions.push_back(mesh.fibre_directions[original]);
       if (glossy) mesh.gloss.push_back(mesh.gloss[original]);
       if (translucent) mesh.transmission.push_back(mesh.transmission[original]);
-      if (varied) mesh.places.push_back(mesh.places[original]);
+      if (varied) mesh.yarn_places.push_back(mesh.yarn_places[original]);
       continue;
     }
     const SurfaceSample sample = surface ? surface->sample(marched.positions[v]) : tubes.vertex_samples[v];
@@ -414,7 +414,7 @@ Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& optio
     if (glossy) mesh.fibre_directions.emplace_back(fibre_of(yarn, sample));
     if (glossy) mesh.gloss.push_back(yarn.gloss);
     if (translucent) mesh.transmission.push_back(static_cast<float>(yarn.transmission));
-    if (yarns) mesh.places.push_back(place_of(mesh.positions.back(), *yarns));
+    if (yarns) mesh.yarn_places.push_back(place_of(mesh.positions.back(), *yarns));
   }
   if (varied) mesh.hairs = grow_hairs(mesh);
   return mesh;
@@ -436,7 +436,7 @@ YarnData chains_of(const StitchPattern& pattern, const YarnChainOptions& options
     room -= curve.hairs.count;
     if (yarn.squeezes.empty()) curve.flattening = static_cast<float>(yarn.flattening);
     curve.squeezes.resize(yarn.squeezes.empty() ? 0 : 1);
-    curve.turns = chain_periods(yarn, pattern.period_mm);
+    curve.repeat_offset = chain_periods(yarn, pattern.period_mm);
     curve.radius = static_cast<float>(yarn.radius_mm);
     // Albedo for the light that falls on it; light through the wall is part of its indirect light.
     curve.albedo = V3f(ply_wall_albedo(V3d(yarn.albedo), yarn.transmission) * (1 - yarn.transmission));

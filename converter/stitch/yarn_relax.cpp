@@ -53,7 +53,7 @@ constexpr double soft_segment_radii = 0.4;
 /// A straight piece of a chain, as the contacts see it.
 struct Piece {
   V3d start, along;
-  Section section;
+  YarnSection section;
   double reach = 0;                              ///< half the width, mm
   double extent = 0;                             ///< the same with its gap, as far as the yarn has grown
   double half = 0;                               ///< of its length, mm
@@ -246,7 +246,7 @@ class Relaxation {
       for (std::size_t i = 0; i < chain.points.size(); ++i) {
         const V3d along = chain.next_point(i) - chain.points[i];
         const double length = std::sqrt(along.length2());  // length() is a call
-        Section section{chain.radius};
+        YarnSection section{chain.radius};
         if (chain.is_soft) section.squeeze = chain.squeezes[i];
         if (!chain.is_soft && chain.flattening < 1 && length > 0)
           section.squeeze = squeeze_of(chain.flattening, along / length);
@@ -285,7 +285,7 @@ class Relaxation {
     constexpr double min_sine2 = 0.1;
     const double sine2 = a.along.cross(b.along).length2() / (a.along.length2() * b.along.length2());
     if (any_soft_ && sine2 > min_sine2) return apart.normalized();
-    return direction_between(apart, a.section, b.section, options_.is_rough ? 1 : 4);
+    return separating_direction(apart, a.section, b.section, options_.is_rough ? 1 : 4);
   }
 
   /// How two pieces overlap.
@@ -348,7 +348,7 @@ class Relaxation {
     press();
     for (RelaxChain& chain : chains_) {
       if (!chain.is_soft) continue;
-      pass_on(chain.strains, soft_spread, recovery);
+      diffuse_strains(chain.strains, soft_spread, recovery);
       // The press that finishes cloth makes free yarn as flat as it is to be.
       for (Imath::M33d& strain : chain.strains) strain[2][2] += recovery * chain.log_flattening;
       set_squeezes(chain);

@@ -524,7 +524,7 @@ LayerFitter::Chosen LayerFitter::best(double room) const {
   return better ? lobes : chosen;
 }
 
-LayerFit LayerFitter::choose(double room) const {
+LayerFit LayerFitter::choose_within(double room) const {
   const Chosen chosen = best(room);
   LayerFit result;
   result.fabric = fabric_;
@@ -537,8 +537,8 @@ LayerFit LayerFitter::choose(double room) const {
     if (!has_lobes(*chosen[k])) {
       level.width = dark.width;
       level.height = dark.height;
-      level.set(LayerKind::opacity, dark[LayerKind::opacity]);
-      level.set(LayerKind::products, {static_cast<int>(basis.pairs.size()), basis.coefficient});
+      level.set_layer(LayerKind::opacity, dark[LayerKind::opacity]);
+      level.set_layer(LayerKind::products, {static_cast<int>(basis.pairs.size()), basis.coefficient});
       for (const V2i& pair : basis.pairs) level.pairs.push_back(functions.add(basis, pair));
     }
     result.errors.push_back(std::sqrt(chosen[k]->error) * scale_);

@@ -71,8 +71,8 @@ class LayerFitter {
 
   /// The best fabric whose layers have an estimated size of at most `room` bytes, or else the smallest. A
   /// file has some `typical_overhead` bytes beside them.
-  LayerFit choose(double room) const;
-  static constexpr double typical_overhead = 12000;
+  LayerFit choose_within(double room) const;
+  static constexpr double typical_overhead_bytes = 12000;
 
  private:
   struct Level {

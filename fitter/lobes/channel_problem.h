@@ -89,7 +89,7 @@ class ChannelProblem {
 
   LobeBounds bounds() const { return {peak_, options_.min_exponent, options_.max_exponent}; }
   /// sum over views and lights of w r^2
-  double energy() const { return energy_; }
+  double weighted_squared_radiance() const { return energy_; }
   /// Upper bound of a lobe.
   double max_peak() const { return peak_; }
 

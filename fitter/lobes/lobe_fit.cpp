@@ -110,7 +110,7 @@ void minimise(ChannelProblem& problem, ChannelState& state, double tolerance, in
     for (std::size_t u = 0; u < unknowns; ++u) {
       const double curvature = equations.matrix[u * unknowns + u];
       fixed[u] = is_fixed(problem.bounds(), state, u, gradient[u], curvature) ? 1 : 0;
-      damped[u * unknowns + u] += lambda * curvature + 1e-14 * problem.energy();
+      damped[u * unknowns + u] += lambda * curvature + 1e-14 * problem.weighted_squared_radiance();
       step[u] = -gradient[u];
     }
     moved = false;
@@ -148,12 +148,12 @@ void minimise(ChannelProblem& problem, ChannelState& state, double tolerance, in
 std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options) {
   std::array<ChannelFit, 3> fits;
   thread_local StartSearch search;
-  search.set(samples);
+  search.set_samples(samples);
   for (int c = 0; c < 3; ++c) {
     ChannelProblem problem(samples, c, options.channel);
     ChannelState best = diffuse_state(samples, options.lobes);
     problem.evaluate(best, turns);
-    if (options.lobes > 0 && best.error > 1e-6 * problem.energy())
+    if (options.lobes > 0 && best.error > 1e-6 * problem.weighted_squared_radiance())
       search_lobes(problem, search, c, options.lobes, options, best);
     fits[c] = to_channel_fit(samples, c, best);
   }

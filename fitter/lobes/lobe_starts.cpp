@@ -89,7 +89,7 @@ bool same_directions(const Candidate& a, const Candidate& b) {
 
 }  // namespace
 
-void StartSearch::set(const TexelSamples& samples) {
+void StartSearch::set_samples(const TexelSamples& samples) {
   views_ = samples.view_count;
   // Half of the lights, in a pattern without a direction (Thue-Morse).
   std::vector<std::size_t> lights;

@@ -14,7 +14,7 @@ namespace selvedge {
 class StartSearch {
  public:
   /// Searches for these samples, which must outlive the search, in the memory that it has.
-  void set(const TexelSamples& samples);
+  void set_samples(const TexelSamples& samples);
 
   /// At most `count` starts with the given number of lobes, best first, no two with the same directions; at
   /// least one.

@@ -24,7 +24,7 @@ class DisjointSets {
     return number;
   }
   /// Joins the set of `from` to the set of `to`, whose root is kept.
-  void join(int from, int to) { parents_[root(from)] = root(to); }
+  void unite(int from, int to) { parents_[root(from)] = root(to); }
 
  private:
   std::vector<int> parents_;

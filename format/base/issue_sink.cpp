@@ -28,7 +28,7 @@ Error IssueSink::first_error() const {
                                [](const Error& issue) { return severity_of(issue.code) == Severity::error; });
 }
 
-Issues IssueSink::take() {
+Issues IssueSink::take_issues() {
   for (Kind& kind : kinds_) {
     if (!kind.first_dropped) continue;
     kind.first_dropped->message += fmt::format("; {} more {}s are not listed", kind.count - max_issues_ - 1,

@@ -28,7 +28,7 @@ class IssueSink {
   Error first_error() const;
 
   /// Moves out the kept issues. If some were dropped, the last error and the last warning say how many.
-  Issues take();
+  Issues take_issues();
 
  private:
   struct Kind {

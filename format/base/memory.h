@@ -10,18 +10,18 @@ namespace selvedge {
 /// Bytes that reading and drawing a file may take.
 inline constexpr std::uint64_t default_memory_limit = std::uint64_t{1} << 32;
 
-/// Sums prices up to a limit.
-class MemoryAccount {
+/// Bytes that may be spent, up to a limit.
+class MemoryBudget {
  public:
-  explicit MemoryAccount(std::uint64_t limit) : limit_(limit), left_(limit) {}
+  explicit MemoryBudget(std::uint64_t limit) : limit_(limit), left_(limit) {}
 
-  /// Takes `count` times `price`; false, with nothing left from then on, if that is more than there is.
-  bool try_reserve(std::uint64_t count, std::uint64_t price) {
-    const bool enough = price == 0 || count <= left_ / price;
-    left_ = enough ? left_ - count * price : 0;
+  /// Spends `count` times `bytes_each`; false, with nothing left from then on, if that is more than there is.
+  bool try_spend(std::uint64_t count, std::uint64_t bytes_each) {
+    const bool enough = bytes_each == 0 || count <= left_ / bytes_each;
+    left_ = enough ? left_ - count * bytes_each : 0;
     return enough;
   }
-  std::uint64_t remaining_bytes() const { return left_; }
+  std::uint64_t unspent_bytes() const { return left_; }
   std::uint64_t limit() const { return limit_; }
 
  private:

@@ -44,7 +44,7 @@ class TerminalProgress {
   Progress callback();
 
   /// Text to show after the times.
-  void note(std::string text) { note_ = std::move(text); }
+  void print_note(std::string text) { note_ = std::move(text); }
 
  private:
   void show(double fraction);

@@ -29,8 +29,8 @@ class PointShader {
       : job_(job), slope_(slope), seen_(seen), scratch_(scratch), period_(job.yarn.yarns().period()) {}
 
   void shade_all() {
-    const int together = job_.view.shading_block;
-    if (together > 1) scratch_.shaded_samples.assign(job_.view.size.count(), 0);
+    const int together = job_.view.shading_block_size;
+    if (together > 1) scratch_.shading_source_indices.assign(job_.view.size.count(), 0);
     for (int row = 0; row < seen_.height; row += together) {
       for (int column = 0; column < seen_.width; column += together) {
         if (together == 1)
@@ -92,7 +92,7 @@ class PointShader {
         while (k < count && !belongs(all[k], seen_.piece[i], depth)) ++k;
         if (k == max_shared) {
           add_sample(column, row);
-          scratch_.shaded_samples[at] = at;
+          scratch_.shading_source_indices[at] = at;
           continue;
         }
         Shared& shared = all[k];
@@ -102,7 +102,7 @@ class PointShader {
           shared.depth = depth;
           shared.texel = at;
         }
-        scratch_.shaded_samples[at] = shared.texel;
+        scratch_.shading_source_indices[at] = shared.texel;
         shared.place += V2f(V2i(column, row));
         shared.sum += depth;
         ++shared.count;
@@ -122,7 +122,7 @@ class PointShader {
       for (int column = 0; column < seen_.width; ++column) {
         const std::uint32_t at = texel(column, row);
         if (seen_.z[index(column, row)] > no_depth)
-          std::copy_n(&scratch_.samples[scratch_.shaded_samples[at] * planes], planes,
+          std::copy_n(&scratch_.samples[scratch_.shading_source_indices[at] * planes], planes,
                       &scratch_.samples[at * planes]);
       }
     }
@@ -204,7 +204,7 @@ void filter_planes(const CellView& view, const Quad& scale, CellScratch& scratch
   sums.assign(columns, Group{});
   for (int row = 0; row < size.pixel_samples.y; ++row) {
     sum_row(row);
-    for (int i = 0; i < columns; ++i) add(group_lanes(row_of(row)[i]), sums[i]);
+    for (int i = 0; i < columns; ++i) accumulate(group_lanes(row_of(row)[i]), sums[i]);
   }
   // A window has texels of its own behind the last.
   const bool whole = size.is_whole();
@@ -223,7 +223,7 @@ void filter_planes(const CellView& view, const Quad& scale, CellScratch& scratch
     sum_row(row + size.pixel_samples.y);
     const Group* const before = row_of(row);
     const Group* const next = row_of(row + size.pixel_samples.y);
-    for (int i = 0; i < columns; ++i) add(group_lanes(next[i]) - group_lanes(before[i]), sums[i]);
+    for (int i = 0; i < columns; ++i) accumulate(group_lanes(next[i]) - group_lanes(before[i]), sums[i]);
   }
   for (int plane = 0; plane < planes && whole; ++plane) {
     const auto first = image.texels.begin() + static_cast<std::ptrdiff_t>(plane * image.plane_texels());
@@ -383,8 +383,8 @@ void shade_hairs(const ShadingJob& job, const V2f& slope, std::vector<Group>& co
   const YarnPieces& pieces = job.pieces;
   const auto hairs = static_cast<std::size_t>(pieces.count() - pieces.ply_piece_count);
   colours.assign(hairs * job.view.plane_count, Group{});
-  const V3f viewer = lifted(job.view.view);
-  const bool once = job.view.shading_block > 1;
+  const V3f viewer = clamp_rise(job.view.view);
+  const bool once = job.view.shading_block_size > 1;
   ShadingBatch batch{};
   const auto flush = [&] {
     shade(job, batch, colours.data());
@@ -433,14 +433,14 @@ void want_stations(const CellYarn& yarn, const YarnPieces& pieces, const DepthGr
       if (seen.z[i] > no_depth) is_seen[seen.piece[i]] = 1;
   }
   if (hairs) std::fill(is_seen.begin() + pieces.ply_piece_count, is_seen.end(), std::uint8_t{1});
-  wanted.assign(data.light.size() / light_values_per_station, 0);
+  wanted.assign(data.station_light.size() / light_values_per_station, 0);
   for (std::size_t i = 0; i < is_seen.size(); ++i) {
     if (is_seen[i] == 0) continue;
     const Yarns::Segment& s = pieces.segments[i];
     const int count = data.curves[s.curve].stations;
     // A point's place along its piece lies between -1/4 and 5/4.
-    const int first = static_cast<int>(std::floor(s.station - 0.25F * s.stations));
-    const int last = static_cast<int>(std::floor(s.station + 1.25F * s.stations)) + 1;
+    const int first = static_cast<int>(std::floor(s.start_station - 0.25F * s.station_span));
+    const int last = static_cast<int>(std::floor(s.start_station + 1.25F * s.station_span)) + 1;
     for (int k = first; k <= std::min(last, first + count); ++k)
       wanted[first_station[s.curve] + (k % count + count) % count] = 1;
   }
@@ -449,7 +449,7 @@ void want_stations(const CellYarn& yarn, const YarnPieces& pieces, const DepthGr
 /// Adds the yarn to the samples of an image.
 void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, CellScratch& scratch) {
   const float pixel = pixel_width(yarn.yarns().period(), view.size);
-  const float width = pixel / view.rays_per_pixel;
+  const float width = pixel / view.rays_per_pixel_side;
   const YarnPieces& pieces = shown_pieces(yarn, view);
   const V2f slope = ray_slope(view.view);
   scratch.depths.resize(view.size, true);
@@ -487,7 +487,7 @@ void make_cell_image(const CellSource& source, const CellView& view, CellScratch
     for (Group& sample : scratch.samples) {
       for (float& value : sample) value *= of_yarn;
     }
-    source.texels->add(view, scratch.samples);
+    source.texels->add_to_samples(view, scratch.samples);
   }
   filter(view, scratch, image);
   image.heights.clear();

@@ -65,8 +65,8 @@ struct CellScratch {
   std::vector<Group> samples;        ///< [row][column][plane]: radiance, opacity
   std::vector<Group> hairs;          ///< [hair][plane]: radiance, opacity
   std::vector<Group> row_sums, pixel_sums;
-  std::vector<std::uint32_t> shaded_samples;  ///< of samples: the one whose light they show
-  std::vector<std::uint8_t> needed_stations;  ///< stations of light
+  std::vector<std::uint32_t> shading_source_indices;  ///< of samples: the one whose light they show
+  std::vector<std::uint8_t> needed_stations;          ///< stations of light
 };
 
 /// The pieces of yarn that an image shows.

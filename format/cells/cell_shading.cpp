@@ -32,7 +32,7 @@ void set_curve(const YarnCurve& curve, std::size_t i, CurveNumbers& numbers, Str
   numbers.gloss[i] = curve.gloss.weight;
   numbers.rough[i] = curve.gloss.roughness;
   numbers.lustre[i] = curve.gloss.lustre;
-  strands.pieces[i] = static_cast<float>(curve.strands.pieces);
+  strands.pieces[i] = static_cast<float>(curve.strands.noise_pieces);
   strands.irregularity[i] = curve.strands.irregularity;
   strands.contrast[i] = curve.strands.contrast;
   const int plies = curve.plies.count;
@@ -40,7 +40,7 @@ void set_curve(const YarnCurve& curve, std::size_t i, CurveNumbers& numbers, Str
   strands.marl_per_row[i] =
       2 * strands.marl[i] / static_cast<float>(std::max(1, std::abs(curve.strands.count) * (plies - 1)));
   strands.swells[i] = static_cast<float>(curve.strands.swells);
-  strands.seed[i] = strand_hash(static_cast<std::uint32_t>(curve.strands.seed));
+  strands.seed[i] = hash32(static_cast<std::uint32_t>(curve.strands.seed));
 }
 
 using Two = float __attribute__((vector_size(8)));
@@ -219,7 +219,7 @@ SELVEDGE_INLINE ShadedLanes<N> surface_lanes(const ShadingJob& job, const Shadin
   const Wide one(1);
   ShadedLanes<N> at;
   at.leave = s.start + off;
-  const Wide station = s.station + on.fraction * s.stations;
+  const Wide station = s.station + on.fraction * s.station_span;
   at.station = if_greater(zero, station, station + Wide::load(numbers.stations.data()), station);
   const Vec round = unit(on.axis_offset - on.tangent * on.tangent.dot(on.axis_offset));
   const Vec around = on.tangent.cross(round);
@@ -230,7 +230,7 @@ SELVEDGE_INLINE ShadedLanes<N> surface_lanes(const ShadingJob& job, const Shadin
   const Wide scale = one / sqrt(norm2);
   // A hair has the angle of its root.
   const auto or_root = [&](const Wide& a, const Wide& b) __attribute__((always_inline)) {
-    return if_greater(s.stations, zero, a, b);
+    return if_greater(s.station_span, zero, a, b);
   };
   at.smooth = flat ? unit(s.squeezed(round)) : round;
   const Vec fibre = on.tangent + around * or_root(Wide::load(numbers.slope.data()), zero);
@@ -241,7 +241,7 @@ SELVEDGE_INLINE ShadedLanes<N> surface_lanes(const ShadingJob& job, const Shadin
   at.outward = or_root(round.dot(out_of_axis), s.across[0].z);
   at.side_x = or_root(out_of_axis.dot(across0), s.across[1].x);
   at.side_y = or_root(out_of_axis.dot(on.tangent.cross(across0)), s.across[1].y);
-  const V3f to_viewer = lifted(job.view.view);
+  const V3f to_viewer = clamp_rise(job.view.view);
   const Vec viewer{Wide(to_viewer.x), Wide(to_viewer.y), Wide(to_viewer.z)};
   add_strand_lanes<N>(job, points, numbers, strands, viewer, at);
   const Vec facing = unit(viewer + at.normal * max(zero, Wide(min_facing_cosine) - at.normal.dot(viewer)));
@@ -270,8 +270,8 @@ SELVEDGE_INLINE void add_direct(const ShadingJob& job, const ShadingBatch& batch
     Wide(interleave_lower(xz_high, y_high)).store(colour[2][0].data());
     Wide(interleave_upper(xz_high, y_high)).store(colour[3][0].data());
     for (std::size_t i = 0; i < points.count; ++i)
-      add(group_lanes(colour[i % 4][i / 4]),
-          raw[std::size_t{batch.texel[points.first + i]} * planes + plane]);
+      accumulate(group_lanes(colour[i % 4][i / 4]),
+                 raw[std::size_t{batch.texel[points.first + i]} * planes + plane]);
   };
   Vec sum{zero, zero, zero};
   for (const FrontLamp& lamp : job.lamps) {
@@ -364,7 +364,7 @@ SELVEDGE_INLINE void add_indirect(const ShadingJob& job, const ShadingBatch& bat
     const int first = first_station[points.curves[i]];
     const Group* a = &job.station_table[(first + here) * angle_function_count * columns];
     const Group* b = &job.station_table[(first + next) * angle_function_count * columns];
-    const V3f& groove = curve.plies.groove;
+    const V3f& groove = curve.plies.outward_gain;
     const Quad of_lamps = Quad{1, 1, 1, 0} + Quad{groove.x, groove.y, groove.z, 0} * numbers[6][i];
     Wide of_all_lamps;
     for (std::size_t k = 0; k < N; k += 4) std::memcpy((float*)&of_all_lamps + k, &of_lamps, sizeof of_lamps);
@@ -390,7 +390,7 @@ SELVEDGE_INLINE void add_indirect(const ShadingJob& job, const ShadingBatch& bat
       if (from_side != LightSlot::sky) value *= of_lamps;
       value = positive(value) * numbers[7][i];
       if (from_side == LightSlot::front) value *= by_view;
-      add(value, to[job.slots[slot].plane]);
+      accumulate(value, to[job.slots[slot].plane]);
     }
     (*to)[3] = 1;
   }
@@ -442,29 +442,29 @@ std::vector<LightSlot> fill_station_table(const CellYarn& yarn, const CellView& 
   std::vector<std::pair<std::span<const float>, std::array<V3f, yarn_light_function_count>>> sources;
   for (const CellLamp& lamp : view.lamps) {
     const bool behind = !(lamp.direction.z > 0);
-    if (behind && (data.through.empty() || !(lamp.direction.z < 0))) continue;
+    if (behind && (data.light_through.empty() || !(lamp.direction.z < 0))) continue;
     const std::array<float, yarn_light_function_count> basis =
         light_basis(V3f(lamp.direction.x, lamp.direction.y, std::abs(lamp.direction.z)));
     auto& [from, factors] = sources.emplace_back();
-    from = behind ? data.through : data.light;
+    from = behind ? data.light_through : data.station_light;
     for (int k = 0; k < yarn_light_function_count; ++k) factors[k] = lamp.irradiance * basis[k];
     slots.push_back({lamp.plane, behind ? LightSlot::behind : LightSlot::front});
   }
-  if (view.environment && !yarn.sky().empty()) {
+  if (view.environment && !yarn.sky_transfer().empty()) {
     auto& [from, factors] = sources.emplace_back();
-    from = yarn.sky();
+    from = yarn.sky_transfer();
     factors = view.environment->coefficients;
     slots.push_back({0, LightSlot::sky});
   }
   if (filled) return slots;
   const std::size_t columns = slots.size() + 1;
-  const std::size_t stations = data.light.size() / light_values_per_station;
+  const std::size_t stations = data.station_light.size() / light_values_per_station;
   table.resize(stations * angle_function_count * columns);
   for (std::size_t slot = 0; slot < slots.size(); ++slot)
     add_slot(sources[slot].first, sources[slot].second, wanted, columns, slot, table);
   for (std::size_t row = 0; row < stations * angle_function_count; ++row) {
-    const float* moments = &data.light[row / angle_function_count * light_values_per_station +
-                                       transfer_values_per_station + row % angle_function_count];
+    const float* moments = &data.station_light[row / angle_function_count * light_values_per_station +
+                                               transfer_values_per_station + row % angle_function_count];
     table[row * columns + slots.size()] = {moments[0], moments[angle_function_count], 0, 0};
   }
   return slots;
@@ -479,10 +479,10 @@ std::vector<FrontLamp> make_front_lamps(const CellYarn& yarn, const CellView& vi
     auto shadow =
         shadows.cast(lamp.direction, {pixel / view.shadow_texels_per_pixel,
                                       view.max_piece_pixels * std::min(view.shadow_texels_per_pixel, 1.0F),
-                                      view.shadow_texels_per_pixel / view.rays_per_pixel,
+                                      view.shadow_texels_per_pixel / view.rays_per_pixel_side,
                                       view.has_hairs && view.hair_shadows});
-    lamps.push_back({lifted(lamp.direction), lamp.irradiance, std::min(1.0F, lamp.direction.z / min_rise),
-                     lamp.plane, shadow->slope, shadow,
+    lamps.push_back({clamp_rise(lamp.direction), lamp.irradiance,
+                     std::min(1.0F, lamp.direction.z / min_ray_rise), lamp.plane, shadow->slope, shadow,
                      shadow_bias * std::max(shadow->texel_width, min_bias * std::min(period.x, period.y))});
   }
   return lamps;

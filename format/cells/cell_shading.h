@@ -15,7 +15,7 @@
 namespace selvedge {
 
 SELVEDGE_INLINE Floats4 group_lanes(const Group& group) { return load_group(&group, 0); }
-SELVEDGE_INLINE void add(const Floats4& value, Group& to) {
+SELVEDGE_INLINE void accumulate(const Floats4& value, Group& to) {
   const Floats4 sum = group_lanes(to) + value;
   std::memcpy(&to, &sum, sizeof sum);
 }

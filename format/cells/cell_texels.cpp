@@ -95,7 +95,7 @@ void add_texels(const FabricLevel& level, const Fabric& fabric, const TappedDire
   // The dark side of what a scene hides from itself is below 0 here and there.
   if (around != nullptr) {
     const float least = is_transmission(fabric.side) ? 0 : std::numeric_limits<float>::lowest();
-    const std::vector<CellLamp> smooth = smooth_lamps(*around, least);
+    const std::vector<CellLamp> smooth = lamps_of_smooth_light(*around, least);
     lamps.insert(lamps.end(), smooth.begin(), smooth.end());
   }
   std::vector<TappedDirection> directions;
@@ -113,7 +113,7 @@ void add_texels(const FabricLevel& level, const Fabric& fabric, const TappedDire
 
 }  // namespace
 
-std::vector<CellLamp> smooth_lamps(const SmoothLight& around, float least) {
+std::vector<CellLamp> lamps_of_smooth_light(const SmoothLight& around, float least) {
   std::vector<CellLamp> lamps;
   for (const Ring& ring : rings) {
     const float planar = std::sqrt(1 - ring.z * ring.z);
@@ -240,7 +240,7 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
   }
 }
 
-void CellTexels::add(const CellView& view, std::span<Group> samples) const {
+void CellTexels::add_to_samples(const CellView& view, std::span<Group> samples) const {
   const CellLevels& levels = view.levels;
   const float left = 1 - levels.yarn_weight;
   add_level(view, levels.finer_level, left * (1 - levels.coarser_weight), samples);

@@ -21,7 +21,7 @@ std::vector<float> smooth_response(const Fabric& fabric);
 
 /// The upper half of light from all around as twelve lamps, none below `least`: polynomials of z up to degree
 /// 5 have their integrals.
-std::vector<CellLamp> smooth_lamps(const SmoothLight& around, float least);
+std::vector<CellLamp> lamps_of_smooth_light(const SmoothLight& around, float least);
 
 /// Width of the pixels at which texels take over from the yarn itself, in texels of level 0; 0 without yarn.
 float max_yarn_pixel_texels(const Fabric& fabric);
@@ -40,7 +40,7 @@ class CellTexels {
 
   /// Adds texels by their weights to the samples of an image, [row][column][plane], the lowest row
   /// first: radiance times opacity, and opacity in the first plane.
-  void add(const CellView& view, std::span<Group> samples) const;
+  void add_to_samples(const CellView& view, std::span<Group> samples) const;
 
  private:
   /// The fabric, or its side that lets light through.

@@ -61,9 +61,9 @@ struct CellView {
   float shadow_texels_per_pixel = 1;  ///< texels of shadow grids for each pixel
   float max_piece_pixels = 1.5F;      ///< longest piece of a ply; 1.5 cost 0.06 dB
   /// Hairs and strands are as sharp as with this number of rays along a pixel's side (Yarns::trace()).
-  float rays_per_pixel = 8;
+  float rays_per_pixel_side = 8;
   /// The samples of one ply in a block of n x n share one shading: n.
-  int shading_block = 1;
+  int shading_block_size = 1;
 };
 
 }  // namespace selvedge

@@ -374,7 +374,7 @@ void DepthGrid::resize(const CellSize& size, bool with_pieces) {
 }
 
 V2f ray_slope(const V3f& direction) {
-  const float rise = std::max(direction.z, min_rise);
+  const float rise = std::max(direction.z, min_ray_rise);
   return {direction.x / rise, direction.y / rise};
 }
 

@@ -39,7 +39,7 @@ struct SplatView {
   bool has_hairs = true;
 };
 
-/// Slope of rays from a unit direction: rays rise by at least min_rise (lifted.h).
+/// Slope of rays from a unit direction: rays rise by at least min_ray_rise (lifted.h).
 V2f ray_slope(const V3f& direction);
 
 /// Blends hairs, as lines of their fraction of each texel, over texels whose yarn `seen` has, in the order of

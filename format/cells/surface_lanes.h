@@ -22,8 +22,9 @@ SELVEDGE_INLINE WideVec3<N> unit(const WideVec3<N>& v) {
 static_assert(offsetof(Yarns::Segment, start) == 0 && offsetof(Yarns::Segment, along) == 12 &&
               offsetof(Yarns::Segment, tangent) == 24 && offsetof(Yarns::Segment, across) == 48 &&
               offsetof(Yarns::Segment, axis_to_ply) == 72 &&
-              offsetof(Yarns::Segment, inverse_length2) == 96 && offsetof(Yarns::Segment, station) == 100 &&
-              offsetof(Yarns::Segment, stations) == 104 && offsetof(Yarns::Segment, radius) == 108 &&
+              offsetof(Yarns::Segment, inverse_length2) == 96 &&
+              offsetof(Yarns::Segment, start_station) == 100 &&
+              offsetof(Yarns::Segment, station_span) == 104 && offsetof(Yarns::Segment, radius) == 108 &&
               offsetof(Yarns::Segment, squeeze) == 112 && sizeof(Yarns::Segment) >= 128);
 
 template <std::size_t N>
@@ -42,7 +43,7 @@ struct SegmentLanes {
     }
     inverse_length2 = rows[24];
     station = rows[25];
-    stations = rows[26];
+    station_span = rows[26];
     radius = rows[27];
     squeeze = {WideFloat<N>(0), WideFloat<N>(0), WideFloat<N>(0)};
     if (!flat) return;
@@ -55,7 +56,7 @@ struct SegmentLanes {
   }
   WideVec3<N> start, along, squeeze;
   WideVec3<N> tangent[2], across[2], axis_to_ply[2];  // NOLINT(modernize-avoid-c-arrays)
-  WideFloat<N> inverse_length2, station, stations, radius;
+  WideFloat<N> inverse_length2, station, station_span, radius;
 };
 
 // Strands at many points at once: the twin of format/fabric/yarn_strands.h, held to it by a test.
@@ -191,11 +192,11 @@ SELVEDGE_INLINE StrandPerturbationLanes<N> strand_perturbation_lanes(const Stran
   const StrandBlendLanes<N> blend(place - here);
   const Bits a = bits(here);
   const Bits b = bits(here + one);
-  const Wide slope =
-      Wide(strand_roundness) * (Wide(2) * (strand - own) - one) + Wide(strand_tilt) * blend.noise(a, b, 0);
+  const Wide slope = Wide(strand_edge_slope) * (Wide(2) * (strand - own) - one) +
+                     Wide(strand_slope_across_rms) * blend.noise(a, b, 0);
   const Wide some = abs(sense);
-  return {sense * slope, some * Wide(strand_lift) * blend.noise(a, b, 1),
-          sense * Wide(strand_sway) * blend.noise(a, b, 2),
+  return {sense * slope, some * Wide(strand_slope_along_rms) * blend.noise(a, b, 1),
+          sense * Wide(strand_fibre_turn_rms) * blend.noise(a, b, 2),
           some * Wide::load(&curves.contrast[i]) * blend.noise(a, b, 3),
           (one + Wide::load(&curves.irregularity[i]) * colour) * if_greater(some, Wide(0), shade, one)};
 }

@@ -20,10 +20,10 @@ Yarns::Segment chord(std::span<const Yarns::Segment> chain) {
   s.tangent[1] = last.tangent[1];
   s.across[1] = last.across[1];
   s.axis_to_ply[1] = last.axis_to_ply[1];
-  s.stations = 0;
+  s.station_span = 0;
   s.radius = 0;
   for (const Yarns::Segment& part : chain) {
-    s.stations += part.stations;
+    s.station_span += part.station_span;
     s.radius += part.radius / static_cast<float>(chain.size());
   }
   s.squeeze = chain[chain.size() / 2].squeeze;

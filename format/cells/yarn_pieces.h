@@ -56,8 +56,8 @@ class CellYarn {
 
   const Yarns& yarns() const { return *yarns_; }
   float reference_height() const { return plane_; }
-  std::span<const float> sky() const { return sky_; }
-  void set_sky(std::span<const float> sky) { sky_ = sky; }
+  std::span<const float> sky_transfer() const { return sky_; }
+  void set_sky_transfer(std::span<const float> sky) { sky_ = sky; }
   bool has_flat_sections() const { return flat_; }  ///< whether some section is an ellipse
   /// The coarsest pieces that are at most `longest` mm long, or the finest. Each level is made when it is
   /// first asked for.

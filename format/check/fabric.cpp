@@ -7,10 +7,10 @@ namespace {
 
 CheckedFabric check(Result<ExrReader> file, const FabricLimits& limits) {
   if (!file) return {{file.error()}, {}};
-  IssueSink sink(file->name());
+  IssueSink sink(file->path());
   CheckedFabric checked;
   if (auto reader = FabricReader::open(std::move(*file), limits, sink)) checked.fabric = reader->read(sink);
-  checked.issues = sink.take();
+  checked.issues = sink.take_issues();
   return checked;
 }
 

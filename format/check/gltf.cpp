@@ -70,7 +70,7 @@ Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, 
                   Scene* scene) {
   IssueSink issues(path);
   const std::optional<GltfDocument> document = load_gltf(bytes, path, limits.document, issues);
-  if (!document) return issues.take();
+  if (!document) return issues.take_issues();
   Scene read = read_whole_document(*document, limits, issues);
   read.memory_left = std::min(read.memory_left, limits.document.memory);
   bool pictures_fit = false;
@@ -85,7 +85,7 @@ Issues check_gltf(std::span<const std::uint8_t> bytes, const std::string& path, 
   check_pictures(*document, pictures_fit ? limits.document.memory : 0, issues);
   check_fabric_extension(*document, read, issues);
   if (!issues.has_error() && scene != nullptr) *scene = std::move(read);
-  return issues.take();
+  return issues.take_issues();
 }
 
 }  // namespace selvedge

@@ -78,7 +78,7 @@ class ExrReader {
   static Result<ExrReader> open(std::span<const std::uint8_t> bytes, const std::string& name,
                                 const ExrLimits& limits = {});
 
-  const std::string& name() const;
+  const std::string& path() const;
   const std::vector<ExrPart>& parts() const;
   /// Index of the part with this name, or -1.
   int find_part(const std::string& part_name) const;

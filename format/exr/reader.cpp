@@ -20,7 +20,7 @@ struct ExrReader::State {
   ExrLayout layout;
 };
 
-const std::string& ExrReader::name() const { return state_->name; }
+const std::string& ExrReader::path() const { return state_->name; }
 const std::vector<ExrPart>& ExrReader::parts() const { return state_->layout.parts; }
 
 std::uint64_t ExrReader::packed_bytes(int part, int level) const {
@@ -109,7 +109,7 @@ void copy_chunk(const ExrPart& part, const ExrChunk& chunk, std::span<const std:
 Result<ExrPixels> ExrReader::read_level(int part_index, int level) {
   const ExrPart& part = parts()[part_index];
   const auto refused = [&](Code code, std::string message) {
-    return fail(code, name(), part.name, std::move(message));
+    return fail(code, path(), part.name, std::move(message));
   };
   if (level < 0 || level >= part.levels) return refused(Code::file_damaged, "the part has no such level");
   ExrPixels pixels{level_size(part.width, level), level_size(part.height, level), {}};
@@ -126,7 +126,7 @@ Result<ExrPixels> ExrReader::read_level(int part_index, int level) {
       packed.resize(chunk.packed_bytes);
       unpacked.resize(exr_pixel_bytes(part) * chunk.width * chunk.height);
       if (!state_->source.read(chunk.offset, packed) || !unpack(packed, unpacked))
-        return fail(Code::file_damaged, name(), exr_place(part, chunk), "cannot be decoded");
+        return fail(Code::file_damaged, path(), exr_place(part, chunk), "cannot be decoded");
       copy_chunk(part, chunk, unpacked, pixels);
     }
     return pixels;

@@ -104,31 +104,32 @@ void FabricLevel::copy_texels(const FabricLevel& coarser, int steps) {
         layer.values.insert(layer.values.end(), first, first + from.channels);
       }
     }
-    set(kind, std::move(layer));
+    set_layer(kind, std::move(layer));
   }
 }
 
-void FabricLevel::set(LayerKind kind, Layer layer) { layers_[index_of(kind)] = std::move(layer); }
+void FabricLevel::set_layer(LayerKind kind, Layer layer) { layers_[index_of(kind)] = std::move(layer); }
 
 void FabricLevel::set_yarns(std::shared_ptr<const Yarns> yarns) {
-  remove(LayerKind::yarns);
-  remove(LayerKind::indirect);
+  remove_layer(LayerKind::yarns);
+  remove_layer(LayerKind::indirect);
   yarns_ = std::move(yarns);
   if (!yarns_) return;
-  set(LayerKind::yarns, layer_from_values(curve_values(yarns_->data()), texels()));
-  set(LayerKind::indirect, layer_from_values(indirect_values(yarns_->data()), texels()));
+  set_layer(LayerKind::yarns, layer_from_values(curve_values(yarns_->data()), texels()));
+  set_layer(LayerKind::indirect, layer_from_values(indirect_values(yarns_->data()), texels()));
 }
 
 void Fabric::add_side(Fabric other) {
   const Fabric* const seen = other.side == Side::back_through ? find_side(Side::back) : this;
   for (std::size_t k = 0; seen != nullptr && is_transmission(other.side) && k < other.levels.size(); ++k)
-    other.levels[k].set(LayerKind::opacity, seen->levels[k][LayerKind::opacity]);
+    other.levels[k].set_layer(LayerKind::opacity, seen->levels[k][LayerKind::opacity]);
   if (other.side == Side::through) {
     FabricLevel& base = other.levels.front();
-    base.remove(LayerKind::indirect);
+    base.remove_layer(LayerKind::indirect);
     const auto& yarns = levels.front().yarns();
-    if (yarns && !yarns->data().through.empty())
-      base.set(LayerKind::indirect, layer_from_values(indirect_values(yarns->data(), true), base.texels()));
+    if (yarns && !yarns->data().light_through.empty())
+      base.set_layer(LayerKind::indirect,
+                     layer_from_values(indirect_values(yarns->data(), true), base.texels()));
   }
   auto& place = sides[index_of(other.side) - 1];
   place = std::make_shared<const Fabric>(std::move(other));
@@ -156,8 +157,8 @@ Fabric turned_over(const Fabric& fabric) {
   return turned;
 }
 
-void FabricLevel::add(LayerKind kind, int channels, float value) {
-  set(kind, {channels, std::vector<float>(std::size_t{1} * texels() * channels, value)});
+void FabricLevel::add_layer(LayerKind kind, int channels, float value) {
+  set_layer(kind, {channels, std::vector<float>(std::size_t{1} * texels() * channels, value)});
 }
 
 std::shared_ptr<const ProductBases> shared_bases(const Fabric& fabric) {
@@ -166,7 +167,7 @@ std::shared_ptr<const ProductBases> shared_bases(const Fabric& fabric) {
   return nullptr;
 }
 
-LayerShape shape_of(const Fabric& fabric) {
+LayerShape layer_shape_of(const Fabric& fabric) {
   LayerShape shape;
   shape.side = fabric.side;
   shape.views = fabric.views.count();
@@ -214,7 +215,7 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
   }
   if (static_cast<int>(fabric.levels.size()) > level_count(base.width, base.height))
     return fail(Code::fabric_malformed, {}, "levels", "more levels than down to 1x1");
-  const LayerShape shape = shape_of(fabric);
+  const LayerShape shape = layer_shape_of(fabric);
   for (int k = 0; k < static_cast<int>(fabric.levels.size()); ++k) {
     const FabricLevel& level = fabric.levels[k];
     if (level.width != level_size(base.width, k) || level.height != level_size(base.height, k))

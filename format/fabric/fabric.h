@@ -61,10 +61,10 @@ struct FabricLevel {
   }
   /// The layer of the bases is always empty.
   const Layer& operator[](LayerKind kind) const { return layers_[index_of(kind)]; }
-  void set(LayerKind kind, Layer layer);
+  void set_layer(LayerKind kind, Layer layer);
   /// Sets a layer of equal values.
-  void add(LayerKind kind, int channels, float value = 0);
-  void remove(LayerKind kind) { layers_[index_of(kind)] = {}; }
+  void add_layer(LayerKind kind, int channels, float value = 0);
+  void remove_layer(LayerKind kind) { layers_[index_of(kind)] = {}; }
   /// Copies texel values from the level `steps` coarser; keeps the yarn.
   void copy_texels(const FabricLevel& coarser, int steps);
   /// Sets the layers of yarn and its indirect light. Null: removes them.
@@ -168,8 +168,8 @@ struct FabricLimits {
   int curves = 1 << 16;  ///< of yarn
   int nodes = 1 << 20;
   int stations = 1 << 18;
-  int fields = 64;   ///< of a curve of yarn
-  int values = 256;  ///< of a station of its light
+  int values_per_curve = 64;     ///< of a curve of yarn
+  int values_per_station = 256;  ///< of a station of its light
   /// Bytes that the levels which are read together may take, with what reading them takes.
   std::uint64_t memory = default_memory_limit;
 };
@@ -178,7 +178,7 @@ struct FabricLimits {
 std::shared_ptr<const ProductBases> shared_bases(const Fabric& fabric);
 
 /// Preconditions: the fabric has a level, and its levels agree (validate()).
-LayerShape shape_of(const Fabric& fabric);
+LayerShape layer_shape_of(const Fabric& fabric);
 
 /// The texel's tangent from its normal (paper section 4, restated): the x axis made perpendicular to
 /// `normal`, or the y axis if the normal lies along x.

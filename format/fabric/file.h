@@ -22,14 +22,14 @@ Result<void> write_fabric(const std::string& path, const Fabric& fabric,
 
 /// The fabric as a reader of its file gets it: layers of `half` are rounded to 16 bits. Precondition: the
 /// fabric is valid (validate()).
-Fabric as_stored(const Fabric& fabric, const LayerSet& half);
+Fabric round_to_stored_precision(const Fabric& fabric, const LayerSet& half);
 
 /// The header digest, over the attribute text and the names of all parts and channels, so that exchanged
 /// names are detected.
 std::string header_digest(const std::string& text, const std::vector<ExrPart>& parts);
 
 /// The attribute text as stored; null if part 0 has none.
-const std::string* fabric_text(const std::vector<ExrPart>& parts);
+const std::string* fabric_header_text(const std::vector<ExrPart>& parts);
 
 /// Reads a fabric file: first the headers, then everything. The functions with a sink are the one
 /// implementation of the rules of spec/fabric.md: they go on after an error, as far as that makes sense, and
@@ -43,10 +43,10 @@ class FabricReader {
                                    const FabricLimits& limits = {});
   static std::optional<FabricReader> open(ExrReader file, const FabricLimits& limits, IssueSink& sink);
 
-  const std::string& name() const { return file_.name(); }
+  const std::string& path() const { return file_.path(); }
   const FabricHeader& header() const { return header_; }
   /// The attribute text as stored: a JSON object.
-  const std::string& text() const { return *fabric_text(file_.parts()); }
+  const std::string& header_text() const { return *fabric_header_text(file_.parts()); }
 
   /// Bytes that the fabric takes at most, with what reading it takes, but for the cells of yarn.
   std::uint64_t peak_memory_bytes() const;

@@ -11,8 +11,8 @@ namespace selvedge {
 
 /// Options of texture filtering: which mip levels and texels a pixel shows.
 struct LevelOptions {
-  int forced_level = -1;  ///< unless -1: this level everywhere, clamped to the last
-  float footprint = 1;    ///< side of what a pixel shows, in pixels: less than 1 for one of several samples
+  int forced_level = -1;       ///< unless -1: this level everywhere, clamped to the last
+  float footprint_pixels = 1;  ///< side of what a pixel shows: less than 1 for one of several samples
 };
 
 /// Added to the level of which a texel is as wide as a pixel: texels are about half as wide, so that their

@@ -53,8 +53,8 @@ class TextIo {
  private:
   /// Members that later versions define.
   static void check_reserved(const JsonIo& text) {
-    if (text.has("variation")) (void)text.object("variation");
-    if (!text.has("colourways")) return;
+    if (text.input_has("variation")) (void)text.object("variation");
+    if (!text.input_has("colourways")) return;
     for (const JsonIo& item : text.items("colourways"))
       if (!item.value().is_object()) item.add_issue("is not an object");
   }
@@ -62,7 +62,7 @@ class TextIo {
   /// An object of any members, as text.
   static void any_members(const JsonIo& text, const char* name, std::string& value) {
     if (!text.is_reading())
-      text.set(name, provenance_json(value));
+      text.set_member(name, provenance_json(value));
     else if (const JsonIo object = text.object(name))
       value = object.value().dump();
   }
@@ -119,8 +119,8 @@ class TextIo {
     }
     if (kind == LayerKind::yarns) text.yarn_counts(shape.yarns, limits_);
     if (!text.is_reading()) {
-      if (kind == LayerKind::yarns || kind == LayerKind::indirect) text.set("optional", true);
-    } else if (text.has("optional") && !text.value()["optional"].is_boolean()) {
+      if (kind == LayerKind::yarns || kind == LayerKind::indirect) text.set_member("optional", true);
+    } else if (text.input_has("optional") && !text.value()["optional"].is_boolean()) {
       text.add_issue("optional", "is neither true nor false");
     }
   }
@@ -133,7 +133,7 @@ class TextIo {
         json& list = lists.emplace_back(json::array());
         for (const V2i& pair : pairs) list.push_back({pair.x, pair.y});
       }
-      return text.set("pairs", std::move(lists));
+      return text.set_member("pairs", std::move(lists));
     }
     const std::size_t errors = text.sink().error_count();
     const std::vector<JsonIo> lists = text.items("pairs");
@@ -237,7 +237,7 @@ FabricHeader header_without_layers(const Fabric& fabric) {
   header.width = fabric.levels.front().width;
   header.height = fabric.levels.front().height;
   header.levels = static_cast<int>(fabric.levels.size());
-  header.shape = shape_of(fabric);
+  header.shape = layer_shape_of(fabric);
   return header;
 }
 

@@ -94,19 +94,19 @@ std::vector<JsonIo> JsonIo::items(const char* name, std::size_t count) const {
 }
 
 void JsonIo::integer_pair(const char* name, int& first, int& second, int min, int max) const {
-  if (!is_reading()) return set(name, {first, second});
+  if (!is_reading()) return set_member(name, {first, second});
   int* value = &first;
   for (const JsonIo& item : items(name, 2)) item.read_whole(*std::exchange(value, &second), min, max);
 }
 
 void JsonIo::numbers(const char* name, std::span<float> values, RealRule rule) const {
-  if (!is_reading()) return set(name, values);
+  if (!is_reading()) return set_member(name, values);
   auto value = values.begin();
   for (const JsonIo& item : items(name, values.size())) item.read_real(*value++, rule);
 }
 
 void JsonIo::increasing_integers(const char* name, std::vector<int>& list, int max) const {
-  if (!is_reading()) return set(name, list);
+  if (!is_reading()) return set_member(name, list);
   const std::size_t errors = sink_->error_count();
   for (const JsonIo& item : items(name)) {
     int number = -1;
@@ -120,7 +120,7 @@ void JsonIo::increasing_integers(const char* name, std::vector<int>& list, int m
 }
 
 void JsonIo::strings(const char* name, std::vector<std::string>& list, std::size_t count) const {
-  if (!is_reading()) return set(name, list);
+  if (!is_reading()) return set_member(name, list);
   const std::size_t errors = sink_->error_count();
   const std::vector<JsonIo> all = items(name);
   if (all.size() != count && sink_->error_count() == errors)
@@ -136,7 +136,7 @@ JsonIo JsonIo::grid(const char* name, DirectionGrid& grid, int max_directions) c
   if (!text) return text;
   const std::size_t errors = is_reading() ? sink_->error_count() : 0;
   if (!is_reading()) {
-    text.set(names::member::layout, names::layout_equal_area);
+    text.set_member(names::member::layout, names::layout_equal_area);
   } else if (const JsonIo layout = text.member(names::member::layout);
              !layout || layout.value() != names::layout_equal_area) {
     const Code unknown = code_ == Code::fabric_member ? Code::fabric_unsupported : code_;
@@ -154,14 +154,15 @@ JsonIo JsonIo::grid(const char* name, DirectionGrid& grid, int max_directions) c
 }
 
 void JsonIo::yarn_counts(YarnCounts& counts, const FabricLimits& limits) const {
-  integer(names::member::curves, counts.curves, 1, limits.curves);
-  integer(names::member::nodes, counts.nodes, 2, limits.nodes);
-  integer(names::member::stations, counts.stations, 1, limits.stations);
-  integer(names::member::fields, counts.fields, min_yarn_field_count, limits.fields);
-  if (is_reading() && !has(names::member::values_per_station))
-    counts.values = min_station_value_count;
+  integer(names::member::curve_count, counts.curves, 1, limits.curves);
+  integer(names::member::node_count, counts.nodes, 2, limits.nodes);
+  integer(names::member::station_count, counts.stations, 1, limits.stations);
+  integer(names::member::field_count, counts.values_per_curve, min_yarn_field_count, limits.values_per_curve);
+  if (is_reading() && !input_has(names::member::values_per_station))
+    counts.values_per_station = min_station_value_count;
   else
-    integer(names::member::values_per_station, counts.values, min_station_value_count, limits.values);
+    integer(names::member::values_per_station, counts.values_per_station, min_station_value_count,
+            limits.values_per_station);
 }
 
 }  // namespace selvedge

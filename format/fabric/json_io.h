@@ -27,9 +27,9 @@ class JsonIo {
   bool is_reading() const { return to_ == nullptr; }
   /// False for a member that broke a rule when it was read; its members are then neither read nor written.
   explicit operator bool() const { return from_ != nullptr || to_ != nullptr; }
-  bool has(const char* name) const { return from_ != nullptr && from_->contains(name); }
+  bool input_has(const char* name) const { return from_ != nullptr && from_->contains(name); }
   /// Whether an optional member is to be read or written.
-  bool has_optional(const char* name, bool written) const { return is_reading() ? has(name) : written; }
+  bool has_optional(const char* name, bool written) const { return is_reading() ? input_has(name) : written; }
   /// The value that is read. Precondition: is_reading(), and it is not empty.
   const nlohmann::json& value() const { return *from_; }
   const std::string& json_pointer() const { return place_; }
@@ -48,7 +48,7 @@ class JsonIo {
               int max_directions) const;  // NOLINT(modernize-use-nodiscard)
   void yarn_counts(YarnCounts& counts, const FabricLimits& limits) const;
   /// Writing: any value.
-  void set(const char* name, nlohmann::json value) const { (*to_)[name] = std::move(value); }
+  void set_member(const char* name, nlohmann::json value) const { (*to_)[name] = std::move(value); }
   /// Reading: a member of any type.
   JsonIo member(const char* name) const;
   /// A member that is an object.

@@ -71,8 +71,8 @@ constexpr std::array<LayerRow, all_layers.size()> rows{{
     {names::part_yarns, [](const LayerShape& s) { return channels_of(curve_value_count(s.yarns), s); },
      number, all_finite},
     {names::part_indirect,
-     [](const LayerShape& s) { return channels_of(s.yarns.values * s.yarns.stations, s); }, number,
-     all_finite},
+     [](const LayerShape& s) { return channels_of(s.yarns.values_per_station * s.yarns.stations, s); },
+     number, all_finite},
 }};
 
 const LayerRow& row_of(LayerKind kind) { return rows[index_of(kind)]; }

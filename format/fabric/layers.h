@@ -92,10 +92,10 @@ inline constexpr int min_station_value_count = 135;
 /// How much yarn a fabric holds (yarns.h); 0: none.
 struct YarnCounts {
   int curves = 0;
-  int nodes = 0;                  ///< and squeezes of squashed curves
-  int stations = 0;               ///< of indirect light
-  int fields = yarn_field_count;  ///< numbers of a curve
-  int values = station_value_count;
+  int nodes = 0;                            ///< and squeezes of squashed curves
+  int stations = 0;                         ///< of indirect light
+  int values_per_curve = yarn_field_count;  ///< numbers of a curve
+  int values_per_station = station_value_count;
   bool operator==(const YarnCounts&) const = default;
 };
 

@@ -71,7 +71,7 @@ void set_layer_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shap
   layer.values.reserve(std::size_t{1} * level.texels() * layer.channels);
   for (int texel = 0; texel < level.texels(); ++texel)
     for (int i = 0; i < layer.channels; ++i) layer.values.push_back((*planes[i])[texel]);
-  level.set(kind, std::move(layer));
+  level.set_layer(kind, std::move(layer));
 }
 
 std::string value_location(const std::string& part, int level, const std::string& channel, std::size_t texel,
@@ -112,7 +112,7 @@ void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& perio
 void restore_light_through(FabricLevel& front, const FabricLevel& through) {
   if (!front.yarns() || !through.has(LayerKind::indirect)) return;
   YarnData data = front.yarns()->data();
-  data.through = light_from_values(gathered(through, LayerKind::indirect), counts_of(data).stations);
+  data.light_through = light_from_values(gathered(through, LayerKind::indirect), counts_of(data).stations);
   front.set_yarns(std::make_shared<const Yarns>(std::move(data), front.yarns()->period()));
 }
 

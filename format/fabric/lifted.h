@@ -8,7 +8,7 @@
 namespace selvedge {
 
 /// Minimum rise of views and lights per unit of length in the plane, which bounds a ray's length.
-inline constexpr float min_rise = 1.0F / 32;
+inline constexpr float min_ray_rise = 1.0F / 32;
 
 /// Radii above the surface at which light leaves it: more than a chain's corners stand out.
 inline constexpr float surface_offset_radii = 1.0F / 64;
@@ -17,6 +17,6 @@ inline constexpr float surface_offset_radii = 1.0F / 64;
 inline constexpr float min_facing_cosine = 0.01F;
 
 /// The unit direction `d`, raised to that where it is lower.
-inline V3f lifted(const V3f& d) { return V3f(d.x, d.y, std::max(d.z, min_rise)).normalized(); }
+inline V3f clamp_rise(const V3f& d) { return V3f(d.x, d.y, std::max(d.z, min_ray_rise)).normalized(); }
 
 }  // namespace selvedge

@@ -201,7 +201,7 @@ void LightSampler::add_yarn(const Yarns& yarns, double weight) {
   const auto hit = yarns.trace(uv_, fabric_.reference_height, view_);
   if (!hit) return;
   YarnPoint point = yarns.point_at(*hit);
-  yarns.add_strands(point, view_);
+  yarns.perturb_by_strands(point, view_);
   const YarnCurve& curve = yarns.data().curves[point.curve];
   const double gloss = curve.gloss.weight;
   const V3d normal(point.strand_normal);
@@ -209,14 +209,14 @@ void LightSampler::add_yarn(const Yarns& yarns, double weight) {
   add(above, (1 - gloss) * mean(V3d(curve.albedo)) * brightness, CosineLobe{normal, 1});
   // As Yarns::direct() has it.
   const V3d fibre(point.fibre);
-  V3d view(lifted(view_));
+  V3d view(clamp_rise(view_));
   view = (view + normal * std::max(0.0, min_facing_cosine - normal.dot(view))).normalized();
   FibreGloss facets{{fibre, normal.cross(fibre), normal}, {0, 0, 1}, 1};
   facets.view = V3d(view.dot(fibre), view.dot(facets.frame[1]), view.dot(normal));
   facets.roughness = std::max(min_gloss_width, static_cast<double>(curve.gloss.roughness));
   add(above, gloss * weight, facets);
   for (const Half half : {above, below}) {
-    if (half == below && yarns.data().through.empty()) continue;
+    if (half == below && yarns.data().light_through.empty()) continue;
     add(half, indirect_energy(yarns.transfer_at(point, half == below)) * brightness, CosineLobe{});
     floors_.push_back({half, V3d(0, 0, 1), weight});
   }

@@ -84,7 +84,7 @@ std::string header_digest(const std::string& text, const std::vector<ExrPart>& p
   return digest_of(all);
 }
 
-const std::string* fabric_text(const std::vector<ExrPart>& parts) {
+const std::string* fabric_header_text(const std::vector<ExrPart>& parts) {
   if (parts.empty()) return nullptr;
   const auto found = parts.front().attributes.find(names::attribute_fabric);
   return found == parts.front().attributes.end() ? nullptr : &found->second;
@@ -95,7 +95,7 @@ ExrLimits exr_limits(const FabricLimits& limits) {
 }
 
 std::optional<FabricReader> FabricReader::open(ExrReader file, const FabricLimits& limits, IssueSink& sink) {
-  const std::string* text = fabric_text(file.parts());
+  const std::string* text = fabric_header_text(file.parts());
   if (text == nullptr) {
     sink.add(Code::fabric_malformed, names::attribute_fabric, "attribute is missing: not a fabric file");
     return std::nullopt;
@@ -126,7 +126,7 @@ namespace {
 
 Result<FabricReader> first_error_of(Result<ExrReader> file, const FabricLimits& limits) {
   if (!file) return tl::unexpected(file.error());
-  IssueSink sink(file->name());
+  IssueSink sink(file->path());
   auto reader = FabricReader::open(std::move(*file), limits, sink);
   if (!reader) return tl::unexpected(sink.first_error());
   return std::move(*reader);
@@ -199,7 +199,7 @@ Fabric FabricReader::read_side(const FabricHeader& side, IssueSink& sink) {
 
 std::optional<Fabric> FabricReader::read(IssueSink& sink) {
   if (peak_memory_bytes() > memory_) {
-    sink.add(memory_limit_error(name(), "", "the values of the fabric", memory_));
+    sink.add(memory_limit_error(path(), "", "the values of the fabric", memory_));
     return std::nullopt;
   }
   Fabric fabric = read_side(header_, sink);
@@ -222,7 +222,7 @@ std::optional<Fabric> FabricReader::read(IssueSink& sink) {
 }
 
 Result<Fabric> FabricReader::read() {
-  IssueSink sink(name());
+  IssueSink sink(path());
   auto fabric = read(sink);
   if (!fabric) return tl::unexpected(sink.first_error());
   return std::move(*fabric);

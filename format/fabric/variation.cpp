@@ -43,8 +43,8 @@ float noise_at(std::uint32_t key, const LatticePlace& row, const LatticePlace& l
   const StrandBlend<float> across(row.part);
   const StrandBlend<float> along(length.part);
   const auto of_row = [&](std::uint32_t number) {
-    const std::uint32_t bits = strand_hash(key + number);
-    return along.noise(strand_hash(bits + length.whole), strand_hash(bits + length.whole + 1), 0);
+    const std::uint32_t bits = hash32(key + number);
+    return along.noise(hash32(bits + length.whole), hash32(bits + length.whole + 1), 0);
   };
   return across.current_weight * of_row(row.whole) + across.next_weight * of_row(row.whole + 1);
 }
@@ -77,12 +77,12 @@ RowNoise with_lengths(float period) {
 
 }  // namespace
 
-RowNoise runs_of(const YarnData& yarns, const V2f& period, int axis) {
+RowNoise row_noise_along(const YarnData& yarns, const V2f& period, int axis) {
   RowNoise runs = with_lengths(period[axis]);
   float squares = 0;
   int curves = 0;
   for_each_curve(yarns, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
-    if ((runs_along_v(curve, period) ? 1 : 0) != axis || curve.turns[axis] == 0) return;
+    if ((runs_along_v(curve, period) ? 1 : 0) != axis || curve.repeat_offset[axis] == 0) return;
     if (curves == 0) {
       double middle = 0;
       for (const V3f& node : nodes) middle += static_cast<double>(axis == 0 ? -node.y : node.x);
@@ -90,7 +90,7 @@ RowNoise runs_of(const YarnData& yarns, const V2f& period, int axis) {
                                        static_cast<double>(period[1 - axis]));
     }
     ++curves;
-    runs.rows += std::abs(curve.turns[axis]);
+    runs.rows += std::abs(curve.repeat_offset[axis]);
     squares += curve.strands.row_variation * curve.strands.row_variation;
   });
   if (curves == 0) return {};
@@ -124,15 +124,15 @@ RowNoise places_of(const Yarns& yarns, const std::array<RowNoise, 2>& runs, std:
 }  // namespace
 
 bool runs_along_v(const YarnCurve& curve, const V2f& period) {
-  const V2f way = V2f(curve.turns) * period;
+  const V2f way = V2f(curve.repeat_offset) * period;
   return std::abs(way.y) > std::abs(way.x);
 }
 
 Variation variation_of(const Yarns& yarns) {
   Variation variation;
   variation.seed = static_cast<std::uint32_t>(yarns.data().curves.front().strands.seed);
-  variation.row_brightness = {runs_of(yarns.data(), yarns.period(), 0),
-                              runs_of(yarns.data(), yarns.period(), 1)};
+  variation.row_brightness = {row_noise_along(yarns.data(), yarns.period(), 0),
+                              row_noise_along(yarns.data(), yarns.period(), 1)};
   if (!variation.varies()) return variation;
   for (std::size_t axis = 0; axis < 2; ++axis)
     variation.row_offsets[axis] = places_of(yarns, variation.row_brightness, axis);
@@ -175,7 +175,7 @@ RepeatPlace displaced_place(const Variation& variation, const RepeatPlace& place
     if (!(runs.amplitude > 0)) continue;
     const int along = static_cast<int>(axis);
     const int across = 1 - along;
-    const auto lattice = first_offset_lattice + static_cast<std::uint32_t>(axis);
+    const auto lattice = first_row_offset_lattice + static_cast<std::uint32_t>(axis);
     const float moved =
         place.fraction[across] + fraction * runs.amplitude *
                                      noise_at(variation_key(variation.seed, lattice),

@@ -49,7 +49,7 @@ inline constexpr int max_repeat_index = 1 << 30;
 /// Whether a curve counts as yarn along v.
 bool runs_along_v(const YarnCurve& curve, const V2f& period);
 /// The rows along an axis.
-RowNoise runs_of(const YarnData& yarns, const V2f& period, int axis);
+RowNoise row_noise_along(const YarnData& yarns, const V2f& period, int axis);
 Variation variation_of(const Yarns& yarns);
 
 /// Texture coordinates as whole repeats and the place within them, in [0, 1).
@@ -79,9 +79,9 @@ float variation_at(const Variation& variation, const RepeatPlace& place, float a
 
 /// Numbers of the lattices of changes: rows along u, areas, rows along v, areas; then the places of rows
 /// along u, and along v.
-inline constexpr std::uint32_t first_offset_lattice = 4;
+inline constexpr std::uint32_t first_row_offset_lattice = 4;
 constexpr std::uint32_t variation_key(std::uint32_t seed, std::uint32_t lattice) {
-  return strand_hash(strand_hash(seed) + lattice);
+  return hash32(hash32(seed) + lattice);
 }
 
 }  // namespace selvedge

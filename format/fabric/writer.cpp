@@ -60,15 +60,15 @@ FabricLevel as_stored(FabricLevel level, const LayerSet& half) {
     if (!half.contains(kind)) continue;
     Layer layer = level[kind];
     round_to_half(layer.values);
-    level.set(kind, std::move(layer));
+    level.set_layer(kind, std::move(layer));
   }
   if (level.yarns() && half.contains(LayerKind::indirect)) {
     const YarnData& before = level.yarns()->data();
     YarnData data = before;
-    round_to_half(data.light);
-    round_to_half(data.through);
+    round_to_half(data.station_light);
+    round_to_half(data.light_through);
     // Yarns take long to build.
-    if (data.light != before.light || data.through != before.through)
+    if (data.station_light != before.station_light || data.light_through != before.light_through)
       level.set_yarns(std::make_shared<const Yarns>(std::move(data), level.yarns()->period()));
   }
   return level;
@@ -173,7 +173,7 @@ Result<FabricParts> FabricParts::plan(const std::string& path, const Fabric& fab
   for (const Side side : all_sides) {
     const Fabric* const sided = side == Side::front ? &fabric : fabric.find_side(side);
     if (sided == nullptr) continue;
-    auto added = add_side(*sided, shape_of(fabric).yarns, options, result.parts, result.layers);
+    auto added = add_side(*sided, layer_shape_of(fabric).yarns, options, result.parts, result.layers);
     if (!added) return failed(added.error());
     if (side == Side::front) {
       header = std::move(*added);
@@ -193,11 +193,11 @@ Result<FabricParts> FabricParts::plan(const std::string& path, const Fabric& fab
 
 }  // namespace
 
-Fabric as_stored(const Fabric& fabric, const LayerSet& half) {
+Fabric round_to_stored_precision(const Fabric& fabric, const LayerSet& half) {
   Fabric result = fabric;
   for (FabricLevel& level : result.levels) level = as_stored(std::move(level), half);
   for (auto& other : result.sides) {
-    if (other) other = std::make_shared<const Fabric>(as_stored(*other, half));
+    if (other) other = std::make_shared<const Fabric>(round_to_stored_precision(*other, half));
   }
   if (!half.contains(LayerKind::bases) || !shared_bases(fabric)) return result;
   ProductBases rounded = *shared_bases(fabric);

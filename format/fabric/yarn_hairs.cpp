@@ -19,7 +19,7 @@ enum Drawn { at_fraction, at_ply, at_angle, of_length, of_loop, a, b, c, d, e, f
 /// Number k of a hair, in (0, 1).
 double number(std::uint32_t hashed_seed, int hair, Drawn k) {
   const std::uint32_t place = 0x80000000U + 16U * static_cast<std::uint32_t>(hair) + k;
-  return ((strand_hash(hashed_seed ^ place) >> 8U) + 0.5) * 0x1p-24;
+  return ((hash32(hashed_seed ^ place) >> 8U) + 0.5) * 0x1p-24;
 }
 
 /// The point of a chain's segment at a fraction of it, seen from its start, and the direction there: of
@@ -47,7 +47,7 @@ V3d mix(const std::array<V3f, 2>& ends, double fraction) {
 
 }  // namespace
 
-std::array<V3d, hair_point_count> hair_shape(const YarnHairs& hairs, std::uint32_t hashed_seed, int hair) {
+std::array<V3d, hair_point_count> hair_points(const YarnHairs& hairs, std::uint32_t hashed_seed, int hair) {
   const auto drawn = [&](Drawn k) { return number(hashed_seed, hair, k); };
   const double length = -static_cast<double>(hairs.mean_length) *
                         std::log1p(drawn(of_length) * std::expm1(-max_hair_length_ratio));
@@ -86,7 +86,7 @@ std::vector<YarnHair> make_hairs(const YarnCurve& curve, std::span<const V3f> no
   if (count == 0) return hairs;
   const int plies = curve.plies.count;
   const std::size_t each = chain.size() / plies;
-  const std::uint32_t seed = strand_hash(static_cast<std::uint32_t>(curve.strands.seed));
+  const std::uint32_t seed = hash32(static_cast<std::uint32_t>(curve.strands.seed));
   // Yarn turned over has the hairs that it had, in a mirror: its plies count the other way round, and angles
   // count from the mirrored direction.
   const bool over = curve.hairs.count < 0;
@@ -100,10 +100,10 @@ std::vector<YarnHair> make_hairs(const YarnCurve& curve, std::span<const V3f> no
     const double station = fraction * curve.stations;
     const auto next = std::upper_bound(
         own.begin() + 1, own.end(), station,
-        [](double at, const Yarns::Segment& s) { return at < static_cast<double>(s.station); });
+        [](double at, const Yarns::Segment& s) { return at < static_cast<double>(s.start_station); });
     const Yarns::Segment& s = *(next - 1);
-    const double part =
-        std::clamp((station - static_cast<double>(s.station)) / static_cast<double>(s.stations), 0.0, 1.0);
+    const double part = std::clamp(
+        (station - static_cast<double>(s.start_station)) / static_cast<double>(s.station_span), 0.0, 1.0);
     const auto [off, tangent] = on_chain(s, part);
     const double angle = 2 * pi * number(seed, h, at_angle);
     const V2d turned(sense.x * std::cos(angle), sense.y * std::sin(angle));
@@ -124,7 +124,7 @@ std::vector<YarnHair> make_hairs(const YarnCurve& curve, std::span<const V3f> no
     const double radius = static_cast<double>(ply_or_yarn_radius(curve)) *
                           strand_swell(curve.strands, fraction, thickness_noise_byte);
     const V3d root = V3d(s.start) + stretched(off + round * round_section_radius(radius, squeeze), squeeze);
-    const auto shape = hair_shape(curve.hairs, seed, h);
+    const auto shape = hair_points(curve.hairs, seed, h);
     for (int k = 0; k < hair_point_count; ++k)
       hair.points[k] = root + fibre * shape[k].x + beside * shape[k].y + hair.normal * shape[k].z;
     hairs.push_back(hair);
@@ -148,7 +148,7 @@ void append_segments_with_hairs(const YarnCurve& curve, std::span<const V3f> nod
       s.tangent.fill(s.along.normalized());
       s.across = {hairs[h].root_angle, V3f(hairs[h].ply_side.x, hairs[h].ply_side.y, 0)};
       s.inverse_length2 = 1 / s.along.length2();
-      s.station = hairs[h].station;
+      s.start_station = hairs[h].station;
       s.radius = radius;
       s.bounding_radius = std::max(radius, max_hair_radius_ratio * curve.radius);
       s.hair_threshold = (static_cast<float>(h) + 0.5F) / static_cast<float>(hairs.size());

@@ -37,7 +37,7 @@ struct YarnHair {
 };
 
 /// Points of a hair as seen from its root: x along the fibres there, y across them, z out of the yarn.
-/// `hashed_seed`: strand_hash() of the seed.
-std::array<V3d, hair_point_count> hair_shape(const YarnHairs& hairs, std::uint32_t hashed_seed, int hair);
+/// `hashed_seed`: hash32() of the seed.
+std::array<V3d, hair_point_count> hair_points(const YarnHairs& hairs, std::uint32_t hashed_seed, int hair);
 
 }  // namespace selvedge

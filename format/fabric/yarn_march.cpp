@@ -206,7 +206,7 @@ SELVEDGE_THREE_BODIES(walk,
 
 /// A ray through a point, mm, of any repeat; upwards or from above.
 Ray ray_of(const V2d& through, float height, const V3f& direction, float sign, const V2f& period) {
-  const float rise = std::max(direction.z, min_rise);
+  const float rise = std::max(direction.z, min_ray_rise);
   const V3f way(sign * direction.x / rise, sign * direction.y / rise, sign);
   return {{wrapped(through.x, period.x), wrapped(through.y, period.y), height}, way, 0, 0};
 }
@@ -218,7 +218,7 @@ std::optional<YarnHit> Yarns::trace(const V2d& uv, float plane, const V3f& view,
   // From a little higher: a ray that begins on a yarn does not enter it.
   const float above = high_ + (high_ - low_) / 256;
   const double rise = (static_cast<double>(above) - static_cast<double>(plane)) /
-                      static_cast<double>(std::max(view.z, min_rise));
+                      static_cast<double>(std::max(view.z, min_ray_rise));
   const V2d through = uv * V2d(static_cast<double>(period_.x), -static_cast<double>(period_.y)) +
                       V2d(static_cast<double>(view.x), static_cast<double>(view.y)) * rise;
   Ray ray = ray_of(through, above, view, -1, period_);
@@ -241,7 +241,7 @@ bool Yarns::is_occluded(const V3f& from, const V3f& light) const {
 
 bool Yarns::is_occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const {
   const Segment& s = segments_[hit.segment];
-  return is_occluded(s.start + hit.from_start + point.normal * (surface_offset_radii * s.radius), light);
+  return is_occluded(s.start + hit.start_offset + point.normal * (surface_offset_radii * s.radius), light);
 }
 
 }  // namespace selvedge

@@ -47,8 +47,8 @@ struct Axis {
 Axis axis_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period) {
   const int count = curve.nodes;
   Axis axis;
-  axis.turns =
-      V3d(curve.turns.x * static_cast<double>(period.x), curve.turns.y * static_cast<double>(period.y), 0);
+  axis.turns = V3d(curve.repeat_offset.x * static_cast<double>(period.x),
+                   curve.repeat_offset.y * static_cast<double>(period.y), 0);
   for (int i = -1; i <= count + 1; ++i) {
     const int repeat = i < 0 ? -1 : i / count;
     axis.nodes.push_back(V3d(nodes[i - repeat * count]) + axis.turns * static_cast<double>(repeat));
@@ -137,8 +137,8 @@ void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vecto
     if (!chain.out.empty()) s.axis_to_ply = {V3f(chain.out[i]), V3f(chain.out[i + 1])};
     s.squeeze = V3f(chain.squeeze[i]);
     s.inverse_length2 = 1 / squeezed(s.along, s.squeeze).length2();
-    s.station = static_cast<float>(chain.fraction[i] * curve.stations);
-    s.stations = static_cast<float>((chain.fraction[i + 1] - chain.fraction[i]) * curve.stations);
+    s.start_station = static_cast<float>(chain.fraction[i] * curve.stations);
+    s.station_span = static_cast<float>((chain.fraction[i + 1] - chain.fraction[i]) * curve.stations);
     const double round_radius =
         static_cast<double>(ply_or_yarn_radius(curve)) *
         strand_swell(curve.strands, (chain.fraction[i] + chain.fraction[i + 1]) / 2, thickness_noise_byte);
@@ -277,11 +277,11 @@ YarnFrame Yarns::frame_at(int curve, int station, int ply) const {
   const YarnPlies& plies = data_.curves[curve].plies;
   const int count = data_.curves[curve].nodes * plies.divisions;
   const Segment* const first = &segments_[first_segment_[curve] + ply * count];
-  const auto i =
-      std::partition_point(first + 1, first + count, [&](const Segment& s) { return s.station <= at; }) -
-      first - 1;
+  const auto i = std::partition_point(first + 1, first + count,
+                                      [&](const Segment& s) { return s.start_station <= at; }) -
+                 first - 1;
   const Segment& s = first[i];
-  const float fraction = std::clamp((at - s.station) / s.stations, 0.0F, 1.0F);
+  const float fraction = std::clamp((at - s.start_station) / s.station_span, 0.0F, 1.0F);
   YarnFrame frame;
   frame.position = s.start + s.along * fraction;
   frame.tangent = squeezed(mix(s.tangent[0], s.tangent[1], fraction), s.squeeze).normalized();
@@ -309,8 +309,8 @@ std::vector<StationPoint> points_around_station(const Yarns& yarns, int curve, i
       const float angle = reach * (2 * (static_cast<float>(i) + 0.5F) / static_cast<float>(count) - 1);
       const V3f round = from * std::cos(angle) + frame.tangent.cross(from) * std::sin(angle);
       YarnPoint at;
-      at.cosine = round.dot(frame.across);
-      at.sine = round.dot(beside);
+      at.angle_cosine = round.dot(frame.across);
+      at.angle_sine = round.dot(beside);
       at.ply_side = {frame.axis_to_ply.dot(frame.across), frame.axis_to_ply.dot(beside)};
       StationPoint& point = points.emplace_back();
       point.position = frame.surface_position(round);

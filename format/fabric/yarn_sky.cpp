@@ -41,9 +41,9 @@ std::array<SkyFactors, smooth_function_count> upper_products() {
 SkyFactors seen_sky(const Yarns& yarns, const V3f& point, const V3f& normal, std::span<const V3f> lights) {
   SkyFactors factors{};
   for (const V3f& l : lights) {
-    const float cosine = normal.dot(lifted(l));
+    const float cosine = normal.dot(clamp_rise(l));
     if (!(cosine > 0) || yarns.is_occluded(point, l)) continue;
-    const float part = sky_part * cosine * std::min(1.0F, l.z / min_rise);
+    const float part = sky_part * cosine * std::min(1.0F, l.z / min_ray_rise);
     const auto basis = smooth_basis(l.x, l.y, l.z);
     for (int k = 0; k < smooth_function_count; ++k) factors[k] += part * basis[k];
   }
@@ -53,7 +53,7 @@ SkyFactors seen_sky(const Yarns& yarns, const V3f& point, const V3f& normal, std
 /// Mean over the surface of plies of the factor that files of earlier writers have.
 V3f mean_groove(const YarnCurve& curve) {
   constexpr float mean_outward = 0.6F;
-  return V3f(1) + curve.plies.groove * (curve.plies.count > 1 ? mean_outward : 0);
+  return V3f(1) + curve.plies.outward_gain * (curve.plies.count > 1 ? mean_outward : 0);
 }
 
 /// Coefficients of the functions of the angle, of all functions of light, that fit values at points best.
@@ -141,7 +141,7 @@ std::vector<float> sky_transfer(const Yarns& yarns) {
   const YarnData& data = yarns.data();
   const auto sky_seen = known_sky(yarns);
   const std::array<SkyFactors, smooth_function_count> upper = upper_products();
-  std::vector<float> result(data.light.size());
+  std::vector<float> result(data.station_light.size());
   std::size_t station = 0;
   for (const YarnCurve& curve : data.curves) {
     const float weight = curve.gloss.weight;
@@ -152,8 +152,8 @@ std::vector<float> sky_transfer(const Yarns& yarns) {
       const V3f groove = mean_groove(curve);
       const std::size_t first = (station + number) * light_values_per_station;
       float* to = &result[first];
-      const float* indirect = &data.light[first];
-      const float* through = data.through.empty() ? nullptr : &data.through[first];
+      const float* indirect = &data.station_light[first];
+      const float* through = data.light_through.empty() ? nullptr : &data.light_through[first];
       for (int i = 0; i < angle_function_count; ++i) {
         for (int k = 0; k < smooth_function_count; ++k) {
           for (int colour = 0; colour < 3; ++colour) {

@@ -20,7 +20,7 @@ inline constexpr float default_contrast = 0.12F;
 struct YarnStrands {
   /// Side by side around a yarn or ply; 0: it is smooth. Negative: of yarn turned over, a mirrored one.
   int count = 0;
-  int pieces = 2;  ///< parts of the chain over which a strand changes; >= 2
+  int noise_pieces = 2;  ///< parts of the chain over which a strand changes; >= 2
   /// At the chain's end, strand i runs on as strand i + shift: they take shift / count turns about the yarn,
   /// right-handed.
   int shift = 0;
@@ -37,7 +37,7 @@ struct YarnStrands {
 };
 
 inline constexpr int max_strands = 1024;
-inline constexpr int max_pieces = 32768;  ///< and swells, and shift
+inline constexpr int max_noise_pieces = 32768;  ///< and swells, and shift
 inline constexpr float max_irregularity = 0.3F;
 inline constexpr float max_contrast = 0.4F;
 inline constexpr float max_row_variation = 0.6F;
@@ -45,15 +45,15 @@ inline constexpr float max_marl = 0.9F;
 inline constexpr int max_strand_seed = (1 << 24) - 1;
 
 /// How strands differ: root mean squares, but for the first; by eye, against traced fibres.
-inline constexpr float strand_roundness = 0.5F;  ///< slope of the surface at a strand's edges
-inline constexpr float strand_tilt = 0.22F;      ///< slope across the fibre
-inline constexpr float strand_lift = 0.12F;      ///< slope along the fibre
-inline constexpr float strand_sway = 0.16F;      ///< turn of the fibre in the surface, radians
+inline constexpr float strand_edge_slope = 0.5F;         ///< slope of the surface at a strand's edges
+inline constexpr float strand_slope_across_rms = 0.22F;  ///< slope across the fibre
+inline constexpr float strand_slope_along_rms = 0.12F;   ///< slope along the fibre
+inline constexpr float strand_fibre_turn_rms = 0.16F;    ///< turn of the fibre in the surface, radians
 /// Minimum cosine between a strand's normal and the view.
 inline constexpr float min_strand_facing = 0.05F;
 
 /// A hash of 32 bits: lowbias32 of Chris Wellons' hash prospector (2018, public domain).
-constexpr std::uint32_t strand_hash(std::uint32_t x) {
+constexpr std::uint32_t hash32(std::uint32_t x) {
   x = (x ^ x >> 16) * 0x7feb352dU;
   x = (x ^ x >> 15) * 0x846ca68bU;
   return x ^ x >> 16;
@@ -63,7 +63,7 @@ constexpr std::uint32_t strand_hash(std::uint32_t x) {
 inline constexpr std::uint32_t yarn_noise_row = 0xffff;
 inline constexpr std::uint32_t offset_noise_place = 0xffff;
 constexpr std::uint32_t strand_noise_bits(std::uint32_t hashed_seed, std::uint32_t row, std::uint32_t place) {
-  return strand_hash(hashed_seed ^ (row << 16 | place));
+  return hash32(hashed_seed ^ (row << 16 | place));
 }
 
 /// A fraction of [0, 1] of the way from one place of the lattice to the next.
@@ -120,7 +120,7 @@ template <class T>
 T strand_swell(const YarnStrands& y, T fraction, int byte) {
   if (!(y.irregularity > 0)) return 1;
   fraction -= std::floor(fraction);
-  const std::uint32_t seed = strand_hash(static_cast<std::uint32_t>(y.seed));
+  const std::uint32_t seed = hash32(static_cast<std::uint32_t>(y.seed));
   const T place = fraction * static_cast<T>(y.swells);
   const auto here = std::min(static_cast<std::uint32_t>(place), static_cast<std::uint32_t>(y.swells - 1));
   const std::uint32_t next = here + 1 == static_cast<std::uint32_t>(y.swells) ? 0 : here + 1;
@@ -136,7 +136,7 @@ template <class T>
 StrandPerturbation<T> strand_perturbation(const YarnStrands& y, T around, T fraction,
                                           const StrandRows& rows = {}) {
   StrandPerturbation<T> change;
-  const std::uint32_t seed = strand_hash(static_cast<std::uint32_t>(y.seed));
+  const std::uint32_t seed = hash32(static_cast<std::uint32_t>(y.seed));
   fraction -= std::floor(fraction);
   change.brightness = strand_swell(y, fraction, colour_noise_byte);
   if (y.count == 0) return change;
@@ -160,29 +160,29 @@ StrandPerturbation<T> strand_perturbation(const YarnStrands& y, T around, T frac
   };
   // Pieces of neighbouring strands begin at different places.
   const T place =
-      fraction * static_cast<T>(y.pieces) + offset(row) + fraction * (offset(later) - offset(row));
+      fraction * static_cast<T>(y.noise_pieces) + offset(row) + fraction * (offset(later) - offset(row));
   const auto here = static_cast<std::uint32_t>(place);
   const auto bits = [&](std::uint32_t at) {
-    const auto pieces = static_cast<std::uint32_t>(y.pieces);
+    const auto pieces = static_cast<std::uint32_t>(y.noise_pieces);
     return at < pieces ? strand_noise_bits(seed, row, at) : strand_noise_bits(seed, later, at - pieces);
   };
   const StrandBlend<T> blend(place - static_cast<T>(here));
   const std::uint32_t a = bits(here);
   const std::uint32_t b = bits(here + 1);
-  const T slope = static_cast<T>(strand_roundness) * (2 * (strand - static_cast<T>(own)) - 1) +
-                  static_cast<T>(strand_tilt) * blend.noise(a, b, 0);
-  const T sway = static_cast<T>(strand_sway) * blend.noise(a, b, 2);
+  const T slope = static_cast<T>(strand_edge_slope) * (2 * (strand - static_cast<T>(own)) - 1) +
+                  static_cast<T>(strand_slope_across_rms) * blend.noise(a, b, 0);
+  const T sway = static_cast<T>(strand_fibre_turn_rms) * blend.noise(a, b, 2);
   change.across = y.count < 0 ? -slope : slope;
   change.turn = y.count < 0 ? -sway : sway;
-  change.along = static_cast<T>(strand_lift) * blend.noise(a, b, 1);
+  change.along = static_cast<T>(strand_slope_along_rms) * blend.noise(a, b, 1);
   change.brightness *= 1 + static_cast<T>(y.contrast) * blend.noise(a, b, 3);
   return change;
 }
 
 /// Turns unit normal and fibre, which are perpendicular, to the strand's. `view`: unit.
 template <class T>
-void turn_to_strand(const StrandPerturbation<T>& change, const Imath::Vec3<T>& view, Imath::Vec3<T>& normal,
-                    Imath::Vec3<T>& fibre) {
+void perturb_by_strand(const StrandPerturbation<T>& change, const Imath::Vec3<T>& view,
+                       Imath::Vec3<T>& normal, Imath::Vec3<T>& fibre) {
   const Imath::Vec3<T> across = fibre.cross(normal);
   normal = (normal + across * change.across + fibre * change.along).normalized();
   const T short_of = static_cast<T>(min_strand_facing) - normal.dot(view);

@@ -14,8 +14,8 @@ std::array<float, yarn_field_count> fields_of(const YarnCurve& c) {
   const YarnStrands& s = c.strands;
   return {static_cast<float>(c.nodes),
           static_cast<float>(c.stations),
-          static_cast<float>(c.turns.x),
-          static_cast<float>(c.turns.y),
+          static_cast<float>(c.repeat_offset.x),
+          static_cast<float>(c.repeat_offset.y),
           c.radius,
           c.albedo.x,
           c.albedo.y,
@@ -27,11 +27,11 @@ std::array<float, yarn_field_count> fields_of(const YarnCurve& c) {
           static_cast<float>(p.divisions),
           static_cast<float>(p.shift),
           p.phase,
-          p.groove.x,
-          p.groove.y,
-          p.groove.z,
+          p.outward_gain.x,
+          p.outward_gain.y,
+          p.outward_gain.z,
           static_cast<float>(s.count),
-          static_cast<float>(s.pieces),
+          static_cast<float>(s.noise_pieces),
           static_cast<float>(s.shift),
           static_cast<float>(s.seed),
           s.irregularity,
@@ -84,7 +84,7 @@ std::vector<float> curve_values(const YarnData& data) {
 
 std::vector<float> indirect_values(const YarnData& data, bool through) {
   std::vector<float> values;
-  const std::vector<float>& light = through ? data.through : data.light;
+  const std::vector<float>& light = through ? data.light_through : data.station_light;
   const std::size_t stations = light.size() / light_values_per_station;
   for (std::size_t i = 0; i < light_values_per_station; ++i) {
     for (std::size_t s = 0; s < stations; ++s) values.push_back(light[s * light_values_per_station + i]);
@@ -106,8 +106,8 @@ std::vector<float> light_from_values(std::span<const float> indirect, int statio
 YarnData turned_over(const Yarns& yarns, float thickness) {
   YarnData turned = yarns.data();
   for (V3f& node : turned.nodes) node.z = thickness - node.z;
-  const bool known = !turned.through.empty();
-  if (known) std::swap(turned.light, turned.through);
+  const bool known = !turned.light_through.empty();
+  if (known) std::swap(turned.station_light, turned.light_through);
   std::size_t station = 0;
   for_each_curve(yarns.data(), [&](std::size_t index, const YarnCurve& own, std::span<const V3f> nodes) {
     YarnCurve& curve = turned.curves[index];
@@ -125,7 +125,7 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
       curve.plies.phase =
           sideways ? -curve.plies.phase : std::copysign(half_turn, curve.plies.phase) - curve.plies.phase;
     for (int s = 0; known && s < curve.stations; ++s, ++station) {
-      for (auto* light : {&turned.light, &turned.through}) {
+      for (auto* light : {&turned.station_light, &turned.light_through}) {
         float* c = &(*light)[station * light_values_per_station];
         for (int i = 1; i < angle_function_count; ++i) {
           const bool of_sides = own.plies.sides != 0;
@@ -152,12 +152,12 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
   for (int c = 0; c < counts.curves; ++c) {
     // The last fields may be missing; fields beyond the known ones are of later versions.
     const auto value = [&](int field) {
-      return field < counts.fields ? curves[field * counts.curves + c] : plain[field];
+      return field < counts.values_per_curve ? curves[field * counts.curves + c] : plain[field];
     };
     YarnCurve curve;
     curve.nodes = whole(value(0), 0, many);
     curve.stations = whole(value(1), 0, many);
-    curve.turns = {whole(value(2), -1024, 1024), whole(value(3), -1024, 1024)};
+    curve.repeat_offset = {whole(value(2), -1024, 1024), whole(value(3), -1024, 1024)};
     curve.radius = value(4);
     curve.albedo = {value(5), value(6), value(7)};
     curve.gloss = {value(8), value(9), value(34)};
@@ -179,7 +179,8 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
     squeezes.push_back(value(30) == 0 ? 0 : value(30) == 1 ? curve.nodes : 1);
     data.curves.push_back(std::move(curve));
   }
-  const std::span<const float> nodes = curves.subspan(std::size_t{1} * counts.fields * counts.curves);
+  const std::span<const float> nodes =
+      curves.subspan(std::size_t{1} * counts.values_per_curve * counts.curves);
   int next = 0;
   const auto take = [&](int count, std::vector<V3f>& to) {
     for (; count > 0 && next < counts.nodes; --count, ++next)
@@ -190,7 +191,7 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
     take(squeezes[c], data.curves[c].squeezes);
   }
   take(counts.nodes, data.nodes);
-  data.light = light_from_values(indirect, counts.stations);
+  data.station_light = light_from_values(indirect, counts.stations);
   if (auto ok = validate(data, period); !ok) return tl::unexpected(ok.error());
   return data;
 }

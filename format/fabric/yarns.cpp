@@ -39,7 +39,7 @@ Result<void> check_plies(const YarnPlies& p, const std::string& place) {
   if (!in(p.phase, -std::numbers::pi_v<float>, std::numbers::pi_v<float>))
     return refuse(place, "has a phase out of range");
   for (int k = 0; k < 3; ++k) {
-    if (!in(p.groove[k], -4, 4)) return refuse(place, "has a groove outside of [-4, 4]");
+    if (!in(p.outward_gain[k], -4, 4)) return refuse(place, "has a groove outside of [-4, 4]");
   }
   if (p.sides != 0 && p.sides != 1) return refuse(place, "has sides that are neither 0 nor 1");
   return {};
@@ -47,9 +47,9 @@ Result<void> check_plies(const YarnPlies& p, const std::string& place) {
 
 Result<void> check_strands(const YarnStrands& s, const std::string& place) {
   if (std::abs(s.count) > max_strands) return refuse(place, "has too many strands");
-  if (s.pieces < 2 || s.pieces > max_pieces || s.swells < 1 || s.swells > max_pieces)
+  if (s.noise_pieces < 2 || s.noise_pieces > max_noise_pieces || s.swells < 1 || s.swells > max_noise_pieces)
     return refuse(place, "has pieces or swells out of range");
-  if (std::abs(s.shift) > max_pieces) return refuse(place, "has strands that turn too often");
+  if (std::abs(s.shift) > max_noise_pieces) return refuse(place, "has strands that turn too often");
   if (s.seed < 0 || s.seed > max_strand_seed) return refuse(place, "has a seed out of range");
   if (!in(s.irregularity, 0, max_irregularity)) return refuse(place, "has an irregularity out of range");
   if (!in(s.contrast, 0, max_contrast)) return refuse(place, "has a contrast out of range");
@@ -81,7 +81,7 @@ Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& p
   if (!(c.gloss.roughness > 0 && c.gloss.roughness <= 1))
     return refuse(place, "has a roughness out of range");
   if (!std::isfinite(c.fibre_slope)) return refuse(place, "has a slope that is not finite");
-  if (std::max(std::abs(c.turns.x), std::abs(c.turns.y)) > static_cast<int>(max_reach))
+  if (std::max(std::abs(c.repeat_offset.x), std::abs(c.repeat_offset.y)) > static_cast<int>(max_reach))
     return refuse(place, "turns too often");
   if (!in(c.flattening, min_flattening, 1)) return refuse(place, "has a flattening out of range");
   if (!c.squeezes.empty() && c.squeezes.size() != static_cast<std::size_t>(c.nodes))
@@ -148,8 +148,8 @@ Result<void> validate(const YarnData& data, const V2f& period) {
       return refuse(place, "has nodes beyond the last");
     for (std::size_t n = first; n < first + curve.nodes; ++n) {
       const bool last = n + 1 == first + curve.nodes;
-      const V3f next = last ? data.nodes[first] + V3f(static_cast<float>(curve.turns.x) * period.x,
-                                                      static_cast<float>(curve.turns.y) * period.y, 0)
+      const V3f next = last ? data.nodes[first] + V3f(static_cast<float>(curve.repeat_offset.x) * period.x,
+                                                      static_cast<float>(curve.repeat_offset.y) * period.y, 0)
                             : data.nodes[n + 1];
       const float length = (next - data.nodes[n]).length();
       if (!(length >= 1e-3F * curve.radius))
@@ -160,8 +160,8 @@ Result<void> validate(const YarnData& data, const V2f& period) {
   }
   if (first != data.nodes.size()) return refuse("nodes", "there are more than the curves have");
   if (auto ok = check_segments(data, period); !ok) return ok;
-  for (const auto* light : {&data.light, &data.through}) {
-    if (light->empty() && light == &data.through) continue;
+  for (const auto* light : {&data.station_light, &data.light_through}) {
+    if (light->empty() && light == &data.light_through) continue;
     if (light->size() != stations * light_values_per_station)
       return refuse("light", "station count does not match the curves");
     for (const float value : *light) {
@@ -176,8 +176,8 @@ std::array<float, angle_function_count> angle_basis(float cosine, float sine) {
 }
 
 std::array<float, angle_function_count> angle_factors(const YarnPlies& plies, const YarnPoint& point) {
-  if (plies.sides != 0) return {1, point.cosine, point.sine, point.ply_side.x, point.ply_side.y};
-  return angle_basis(point.cosine, point.sine);
+  if (plies.sides != 0) return {1, point.angle_cosine, point.angle_sine, point.ply_side.x, point.ply_side.y};
+  return angle_basis(point.angle_cosine, point.angle_sine);
 }
 
 std::array<float, yarn_light_function_count> light_basis(const V3f& l) {
@@ -210,7 +210,7 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   // The nearest point of the cubic curve through the nodes with these tangents, by a step of Newton's method
   // from the straight line's: the surface is as smooth as the curve.
   const float length = std::sqrt(1 / s.inverse_length2);
-  const V3f from_start = squeezed(hit.from_start, s.squeeze);
+  const V3f from_start = squeezed(hit.start_offset, s.squeeze);
   const V3f along = squeezed(s.along, s.squeeze);
   const V3f first = squeezed(s.tangent[0], s.squeeze) * length;
   const V3f second = squeezed(s.tangent[1], s.squeeze) * length;
@@ -228,14 +228,14 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
           second * (fraction * fraction * rest);
   }
   tangent.normalize();
-  point.station = s.station + fraction * s.stations;
+  point.station = s.start_station + fraction * s.station_span;
   if (point.station < 0) point.station += static_cast<float>(curve.stations);
   point.normal = (out - tangent * tangent.dot(out)).normalized();
   const V3f around = tangent.cross(point.normal);
   if (point.is_hair) {
     point.fibre = tangent;
-    point.cosine = s.across[0].x;
-    point.sine = s.across[0].y;
+    point.angle_cosine = s.across[0].x;
+    point.angle_sine = s.across[0].y;
     point.outward_cosine = s.across[0].z;
     point.ply_side = {s.across[1].x, s.across[1].y};
     point.strand_normal = point.normal;
@@ -246,8 +246,8 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   const float cosine = point.normal.dot(across);
   const float sine = -around.dot(across);
   const float norm = std::hypot(cosine, sine);
-  point.cosine = norm > 0 ? cosine / norm : 1;
-  point.sine = norm > 0 ? sine / norm : 0;
+  point.angle_cosine = norm > 0 ? cosine / norm : 1;
+  point.angle_sine = norm > 0 ? sine / norm : 0;
   const V3f out_of_axis = mix(s.axis_to_ply[0], s.axis_to_ply[1], fraction);
   point.outward_cosine = point.normal.dot(out_of_axis);
   point.ply_side = {out_of_axis.dot(across), out_of_axis.dot(tangent.cross(across))};
@@ -257,7 +257,7 @@ YarnPoint Yarns::point_at(const YarnHit& hit) const {
   return point;
 }
 
-void Yarns::add_strands(YarnPoint& point, const V3f& view) const {
+void Yarns::perturb_by_strands(YarnPoint& point, const V3f& view) const {
   const YarnCurve& curve = data_.curves[point.curve];
   if (!curve.strands.varies()) return;
   if (point.is_hair) {
@@ -267,16 +267,16 @@ void Yarns::add_strands(YarnPoint& point, const V3f& view) const {
   }
   const V2f& sense = strand_sense_[point.curve];
   const float around =
-      std::atan2(sense.y * point.sine, sense.x * point.cosine) / (2 * std::numbers::pi_v<float>);
+      std::atan2(sense.y * point.angle_sine, sense.x * point.angle_cosine) / (2 * std::numbers::pi_v<float>);
   const float fraction = point.station / static_cast<float>(curve.stations);
   const StrandPerturbation<float> change = strand_perturbation(curve.strands, around, fraction, point.rows);
   point.brightness = change.brightness;
-  if (curve.strands.count != 0) turn_to_strand(change, lifted(view), point.strand_normal, point.fibre);
+  if (curve.strands.count != 0) perturb_by_strand(change, clamp_rise(view), point.strand_normal, point.fibre);
 }
 
 V3f Yarns::direct_reflectance(const YarnPoint& point, const V3f& light, const V3f& view) const {
   const YarnCurve& curve = data_.curves[point.curve];
-  const V3f l = lifted(light);
+  const V3f l = clamp_rise(light);
   const V3f& normal = point.strand_normal;
   const float cosine = normal.dot(l);
   if (!(cosine > 0)) return {0, 0, 0};
@@ -286,7 +286,7 @@ V3f Yarns::direct_reflectance(const YarnPoint& point, const V3f& light, const V3
   if (curve.gloss.weight == 0 && curve.gloss.lustre == 0) {
     f *= std::numbers::inv_pi_v<float>;
   } else {
-    V3f v = lifted(view);
+    V3f v = clamp_rise(view);
     v = (v + normal * std::max(0.0F, min_facing_cosine - normal.dot(v))).normalized();
     const V3f across = normal.cross(point.fibre);
     const V3f local_light(l.dot(point.fibre), l.dot(across), cosine);
@@ -296,11 +296,11 @@ V3f Yarns::direct_reflectance(const YarnPoint& point, const V3f& light, const V3
         V3f(weight * gloss_reflectance(local_light, local_view, roughness));
   }
   // No step where the light sets.
-  return f * (cosine * std::min(1.0F, light.z / min_rise));
+  return f * (cosine * std::min(1.0F, light.z / min_ray_rise));
 }
 
 LightTransfer Yarns::transfer_at(const YarnPoint& point, bool through) const {
-  const std::vector<float>& light = through ? data_.through : data_.light;
+  const std::vector<float>& light = through ? data_.light_through : data_.station_light;
   if (light.empty()) return {};
   const YarnCurve& curve = data_.curves[point.curve];
   const auto whole = static_cast<int>(point.station);
@@ -319,20 +319,20 @@ LightTransfer Yarns::transfer_at(const YarnPoint& point, bool through) const {
     next += transfer.size();
   }
   for (std::size_t i = 0; i < transfer.size(); ++i)
-    transfer[i] *= 1 + curve.plies.groove[static_cast<int>(i % 3)] * point.outward_cosine;
+    transfer[i] *= 1 + curve.plies.outward_gain[static_cast<int>(i % 3)] * point.outward_cosine;
   return transfer;
 }
 
 float Yarns::lustre_view_factor(const YarnPoint& point, const V3f& view) const {
   const YarnCurve& curve = data_.curves[point.curve];
   const float lustre = curve.gloss.lustre;
-  if (data_.light.empty() || lustre == 0 || point.is_hair) return 1;
+  if (data_.station_light.empty() || lustre == 0 || point.is_hair) return 1;
   const auto whole = static_cast<int>(point.station);
   const float fraction = point.station - static_cast<float>(whole);
   const auto moments = [&](int station) {
-    return &data_.light[std::size_t{light_values_per_station} *
-                            (first_station_[point.curve] + station % curve.stations) +
-                        transfer_values_per_station];
+    return &data_.station_light[std::size_t{light_values_per_station} *
+                                    (first_station_[point.curve] + station % curve.stations) +
+                                transfer_values_per_station];
   };
   const float* here = moments(whole);
   const float* next = moments(whole + 1);
@@ -341,7 +341,7 @@ float Yarns::lustre_view_factor(const YarnPoint& point, const V3f& view) const {
     for (const float a : angle_factors(curve.plies, point))
       m += a * (*here++ * (1 - fraction) + *next++ * fraction);
   }
-  V3f v = lifted(view);
+  V3f v = clamp_rise(view);
   v = (v + point.strand_normal * std::max(0.0F, min_facing_cosine - point.strand_normal.dot(v))).normalized();
   return lustre_factor(v.dot(point.fibre), lustre, mean[0], mean[1]);
 }
@@ -370,7 +370,7 @@ Shading Yarns::shade(const V2d& uv, float plane, const V3f& light, const V3f& vi
   shading.alpha = 1;
   if (light.z == 0 || !(view.z > 0)) return shading;
   YarnPoint point = point_at(*hit);
-  add_strands(point, view);
+  perturb_by_strands(point, view);
   const float factor = varied ? variation_factor(uv, point.curve) : 1;
   if (light.z < 0) {
     shading.radiance =

@@ -34,7 +34,7 @@ struct YarnPlies {
   int shift = 0;
   float phase = 0;  ///< angle of ply 0 at node 0, in [-pi, pi]
   /// Indirect light is 1 + groove times the normal's fraction in the way out of the axis as bright.
-  V3f groove{0, 0, 0};
+  V3f outward_gain{0, 0, 0};
   /// 1: indirect light distinguishes the sides of the axis on which plies lie (YarnPoint::ply_side) in place
   /// of the double angle. 0: of earlier writers.
   int sides = 0;
@@ -44,10 +44,10 @@ struct YarnPlies {
 /// One yarn: a closed chain of nodes, joined by segments with round ends; from the last node it runs
 /// on to the first of the repeat that lies `turns` away.
 struct YarnCurve {
-  int nodes = 0;        ///< >= 2
-  int stations = 0;     ///< places, evenly spaced along it, where indirect light is known; >= 1
-  V2i turns{0, 0};      ///< in periods along x and y; (0, 0) is a ring
-  float radius = 0.5F;  ///< mm, > 0; of a round yarn with the same area
+  int nodes = 0;            ///< >= 2
+  int stations = 0;         ///< places, evenly spaced along it, where indirect light is known; >= 1
+  V2i repeat_offset{0, 0};  ///< in periods along x and y; (0, 0) is a ring
+  float radius = 0.5F;      ///< mm, > 0; of a round yarn with the same area
   V3f albedo{0.5F, 0.5F, 0.5F};
   Gloss gloss;
   /// Tangent of the angle from the yarn's axis to the fibres at its surface: a right-handed screw is
@@ -95,10 +95,10 @@ struct YarnData {
   std::vector<YarnCurve> curves;
   std::vector<V3f> nodes;  ///< curve by curve, along its chain, also beyond the cell
   std::vector<float>
-      light;  ///< [station][(i * yarn_light_function_count + k) * 3 + colour], then the moments
+      station_light;  ///< [station][(i * yarn_light_function_count + k) * 3 + colour], then the moments
   /// The same for light from below, mirrored into the upper half, with direct light where the yarn faces up:
   /// where it faces down, the cloth turned over adds that. Empty: unknown.
-  std::vector<float> through;
+  std::vector<float> light_through;
   bool operator==(const YarnData&) const = default;
 };
 
@@ -110,7 +110,7 @@ YarnCounts counts_of(const YarnData& data);
 /// all stations.
 inline constexpr int values_per_node = 3;
 inline int curve_value_count(const YarnCounts& counts) {
-  return counts.fields * counts.curves + values_per_node * counts.nodes;
+  return counts.values_per_curve * counts.curves + values_per_node * counts.nodes;
 }
 std::vector<float> curve_values(const YarnData& data);
 /// Transfer of light from above, or of light that comes `through`; empty where that is unknown.
@@ -132,16 +132,16 @@ double yarn_memory_bytes(const YarnData& data, const V2f& period);
 
 /// Where a ray meets yarn.
 struct YarnHit {
-  int segment = 0;          ///< that which begins at the node of this index
-  V3f from_start{0, 0, 0};  ///< mm, from that node to the point
+  int segment = 0;            ///< that which begins at the node of this index
+  V3f start_offset{0, 0, 0};  ///< mm, from that node to the point
 };
 
 /// The surface at a hit.
 struct YarnPoint {
-  V3f normal{0, 0, 1};  ///< unit, out of the yarn
-  V3f fibre{1, 0, 0};   ///< unit, perpendicular to the normal
-  float cosine = 1;     ///< of the angle about the axis
-  float sine = 0;
+  V3f normal{0, 0, 1};     ///< unit, out of the yarn
+  V3f fibre{1, 0, 0};      ///< unit, perpendicular to the normal
+  float angle_cosine = 1;  ///< of the angle about the axis
+  float angle_sine = 0;
   /// Fraction of the normal in the way from the yarn's axis to its ply's; 0 without plies.
   float outward_cosine = 0;
   /// The way from the yarn's axis to its ply's, as cosine and sine of its angle; 0 without plies.
@@ -200,7 +200,7 @@ class Yarns {
   /// Without strands.
   YarnPoint point_at(const YarnHit& hit) const;
   /// Turns fibre and normal to the strand's that is seen from unit `view`.
-  void add_strands(YarnPoint& point, const V3f& view) const;
+  void perturb_by_strands(YarnPoint& point, const V3f& view) const;
   /// Precondition: the curve has the station.
   YarnFrame frame_at(int curve, int station, int ply = 0) const;
   /// Whether yarn lies between the point and unit `light`, which is lifted like a view.
@@ -231,9 +231,9 @@ class Yarns {
     std::array<V3f, 2> axis_to_ply{V3f(0, 0, 0),
                                    V3f(0, 0, 0)};  ///< unit, from that to the ply's; 0 without plies
     float inverse_length2 = 0;                     ///< 1 / mm^2; in the round section
-    float station = 0;
-    float stations = 0;  ///< over its length; 0: a hair, which has the light of its root
-    float radius = 0;    ///< of the round section
+    float start_station = 0;
+    float station_span = 0;  ///< over its length; 0: a hair, which has the light of its root
+    float radius = 0;        ///< of the round section
     V3f squeeze{0, 0, 0};
     /// Radius of the ball about its start: the thicker segment's there. Of a hair, its largest radius.
     float bounding_radius = 0;

@@ -124,7 +124,7 @@ const Json& GltfReader::entry(const char* array, int index, const std::string& p
   return found;
 }
 
-const Json& GltfReader::view(int index, const std::string& place) {
+const Json& GltfReader::buffer_view(int index, const std::string& place) {
   const Json& json = entry("bufferViews", index, place);
   const std::string where = at("bufferViews", index);
   const Json& buffer = entry("buffers", index_of(member(json, "buffer")), where);
@@ -138,8 +138,8 @@ const Json& GltfReader::view(int index, const std::string& place) {
   return json;
 }
 
-std::span<const std::uint8_t> GltfReader::bytes(int index, const std::string& place) {
-  const Json& json = view(index, place);
+std::span<const std::uint8_t> GltfReader::view_bytes(int index, const std::string& place) {
+  const Json& json = buffer_view(index, place);
   const auto buffer = static_cast<std::size_t>(index_of(member(json, "buffer")));
   const std::size_t offset = size_or_0(json, "byteOffset");
   const std::size_t length = size_or_0(json, "byteLength");
@@ -161,7 +161,7 @@ AccessorShape GltfReader::accessor_shape(int accessor, const std::string& place)
 /// `count` elements of `size` bytes each in the buffer view that `object` names, without gaps.
 Bytes GltfReader::gather(const Json& object, std::size_t count, std::size_t size, const std::string& place) {
   const int view = index_of(member(object, "bufferView"));
-  const std::span<const std::uint8_t> stored = bytes(view, place);
+  const std::span<const std::uint8_t> stored = view_bytes(view, place);
   const std::size_t offset = size_or_0(object, "byteOffset");
   const std::size_t declared = size_or_0(document.json["bufferViews"][view], "byteStride");
   const std::size_t stride = declared == 0 ? size : declared;

@@ -70,10 +70,10 @@ class GltfReader {
   const Json& entry(const char* array, int index, const std::string& place);
 
   /// A buffer view; GLTF_ACCESSOR if it reaches beyond the declared size of its buffer.
-  const Json& view(int index, const std::string& place);
+  const Json& buffer_view(int index, const std::string& place);
 
   /// The bytes of a buffer view; GLTF_ACCESSOR if the buffer does not have them.
-  std::span<const std::uint8_t> bytes(int view, const std::string& place);
+  std::span<const std::uint8_t> view_bytes(int view, const std::string& place);
 
   /// GLTF_MALFORMED for a wrong count, type or componentType.
   AccessorShape accessor_shape(int accessor, const std::string& place);

@@ -58,7 +58,7 @@ struct GltfDocument {
 
 /// Loads .gltf (with external or data URIs) or .glb, distinguished by content, or a mesh file
 /// (mesh_document.h). Missing pictures are no error; a file that is there by a similar name alone
-/// (similar_file) is read. KHR_draco_mesh_compression and EXT_meshopt_compression
+/// (find_similar_file) is read. KHR_draco_mesh_compression and EXT_meshopt_compression
 /// are expanded and their names removed. Refused are truncated files, versions other than 2.x, required
 /// extensions that change the geometry and are not read, and root members that are not arrays of objects
 /// where glTF has arrays; and with GLTF_REFERENCE a URI of a buffer, a picture or a fabric that leads out of

@@ -133,7 +133,7 @@ class Expander {
   }
 
   std::unique_ptr<draco::Mesh> decode(int view, const std::string& place) {
-    const std::span<const std::uint8_t> bytes = reader_.bytes(view, place);
+    const std::span<const std::uint8_t> bytes = reader_.view_bytes(view, place);
     const std::optional<DracoCounts> counts = draco_counts(bytes);
     if (!counts) reader_.fail(Code::file_damaged, place, "Draco: no mesh, or its header is damaged");
     const std::size_t limit = free_elements + elements_per_byte * bytes.size();

@@ -93,7 +93,7 @@ Result<SceneFabric> read_fabric_entry(const GltfDocument& document, int number) 
     if (entry.contains(uri) == entry.contains(buffer_view))
       reader.fail(Code::gltf_extension, place, "needs either a uri or a bufferView");
     if (entry.contains(buffer_view)) {
-      const auto bytes = reader.bytes(index_of(entry[buffer_view]), place + "/" + buffer_view);
+      const auto bytes = reader.view_bytes(index_of(entry[buffer_view]), place + "/" + buffer_view);
       read.bytes.assign(bytes.begin(), bytes.end());
     } else if (address.empty()) {
       reader.fail(Code::gltf_extension, where, "is not a string, or empty");

@@ -70,7 +70,7 @@ void make_flat(ScenePrimitive& primitive) {
 
 }  // namespace
 
-bool mend_normals(ScenePrimitive& primitive) {
+bool replace_invalid_normals(ScenePrimitive& primitive) {
   const auto is_zero = [&](std::uint32_t i) { return primitive.normals[i] == V3f(0, 0, 0); };
   if (std::ranges::none_of(primitive.indices, is_zero)) return false;
   if (std::ranges::all_of(primitive.indices, is_zero)) {

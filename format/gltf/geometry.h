@@ -20,7 +20,7 @@ std::optional<ScenePrimitive> read_primitive(GltfReader& reader, const Json& pri
 
 /// Replaces normals of length 0 by means of the triangles around them; all of them by flat ones, if all are
 /// 0, as without normals. Returns whether there were any.
-bool mend_normals(ScenePrimitive& primitive);
+bool replace_invalid_normals(ScenePrimitive& primitive);
 
 /// Vertex numbers of the triangles of a primitive with `vertices` vertices, three each: strips and fans are
 /// expanded, a missing index list counts up, every index is checked, and an incomplete triangle left out.

@@ -91,7 +91,7 @@ Parts split(std::string_view bytes, IssueSink& issues) {
 
 /// The JSON object in `text`, which begins at byte `begin` of the file (0: it is the file); null after an
 /// error.
-Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, MemoryAccount& account,
+Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, MemoryBudget& budget,
            IssueSink& issues) {
   const auto refuse = [&](Code code, std::string place, std::string message) {
     issues.add(code, std::move(place), std::move(message));
@@ -103,11 +103,11 @@ Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, M
     begin += 3;
   }
   const std::uint64_t room =
-      account.try_reserve(text.size(), 1) ? account.remaining_bytes() / bytes_per::json_value : 0;
+      budget.try_spend(text.size(), 1) ? budget.unspent_bytes() / bytes_per_json_value : 0;
   try {
     JsonLimits left{limits.nesting, limits.members, room};
     Json json = parse_json(text, left);
-    account.try_reserve(room - left.values, bytes_per::json_value);
+    budget.try_spend(room - left.values, bytes_per_json_value);
     if (!json.is_object()) return refuse(Code::gltf_malformed, "", "the JSON is not an object");
     return json;
   } catch (const JsonFault& fault) {
@@ -236,7 +236,7 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
                                       const GltfLimits& limits, IssueSink& issues) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   Parts parts{text, false, {}};
-  MemoryAccount account(limits.memory);
+  MemoryBudget budget(limits.memory);
   if (bytes.size() > limits.file_bytes) {
     issues.add(Code::file_too_large, "", fmt::format("larger than {} bytes", limits.file_bytes));
   } else if (const std::string_view kind = foreign_file_message(text); !kind.empty()) {
@@ -254,7 +254,7 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
   document.folder = std::filesystem::path(path).parent_path().string();
   document.external_files = limits.external_files;
   document.json =
-      parse(parts.json, static_cast<std::size_t>(parts.json.data() - text.data()), limits, account, issues);
+      parse(parts.json, static_cast<std::size_t>(parts.json.data() - text.data()), limits, budget, issues);
   if (issues.has_error()) return std::nullopt;
   check_version(member(document.json, "asset"), issues);
   check_lists(document.json, issues);
@@ -262,7 +262,7 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
   if (issues.has_error()) return std::nullopt;
   redirect_missing_files(document);
   for (const std::string& remark : document.remarks) issues.add(Code::gltf_advice, "", remark);
-  std::uint64_t room = std::min(limits.buffer_bytes, account.remaining_bytes());
+  std::uint64_t room = std::min(limits.buffer_bytes, budget.unspent_bytes());
   for (int i = 0; i < static_cast<int>(array_member(document.json, "buffers").size()); ++i) {
     auto buffer = catch_failure([&] { return read_buffer(document, parts, i, room); });
     if (!buffer) issues.add(std::move(buffer.error()));
@@ -275,13 +275,13 @@ std::optional<GltfDocument> load_gltf(std::span<const std::uint8_t> bytes, const
   if (issues.has_error()) return std::nullopt;
   std::uint64_t bytes_held = 0;
   for (const Bytes& buffer : document.buffers) bytes_held += buffer.size();
-  if (!account.try_reserve(bytes_held, 1)) {
+  if (!budget.try_spend(bytes_held, 1)) {
     issues.add(memory_limit_error(path, "/buffers", "its buffers", limits.memory));
     return std::nullopt;
   }
   if (!document.buffers.empty())
     document.original_encoding.known_end = {document.buffers.size() - 1, document.buffers.back().size()};
-  document.memory_used = limits.memory - account.remaining_bytes();
+  document.memory_used = limits.memory - budget.unspent_bytes();
   return document;
 }
 

@@ -36,21 +36,21 @@ std::set<std::pair<int, bool>> drawn_pictures(const Scene& scene) {
 
 }  // namespace
 
-Result<MemoryAccount> check_scene_memory(const Scene& scene, std::uint64_t limit) {
-  MemoryAccount account(limit);
+Result<MemoryBudget> check_scene_memory(const Scene& scene, std::uint64_t limit) {
+  MemoryBudget budget(limit);
   const auto refuse = [&](const std::string& what) {
     return tl::unexpected<Error>(memory_limit_error(scene.file, "", what, limit));
   };
   for (const ScenePrimitive& primitive : scene.primitives) {
-    if (!account.try_reserve(primitive.positions.size(), bytes_per::vertex) ||
-        !account.try_reserve(primitive.indices.size(), bytes_per::index))
+    if (!budget.try_spend(primitive.positions.size(), bytes_per_vertex) ||
+        !budget.try_spend(primitive.indices.size(), bytes_per_index))
       return refuse("its primitives");
   }
   for (const SceneInstance& instance : scene.instances) {
     const ScenePrimitive& primitive = scene.primitives[instance.primitive];
-    if (!account.try_reserve(1, bytes_per::instance) ||
-        !account.try_reserve(primitive.positions.size(), bytes_per::placed_vertex) ||
-        !account.try_reserve(primitive.indices.size() / 3, bytes_per::placed_triangle))
+    if (!budget.try_spend(1, bytes_per_instance) ||
+        !budget.try_spend(primitive.positions.size(), bytes_per_placed_vertex) ||
+        !budget.try_spend(primitive.indices.size() / 3, bytes_per_placed_triangle))
       return refuse("its instances");
   }
   // A picture of one colour has a thousandth of its pixels in bytes, and takes as long as any other.
@@ -61,39 +61,39 @@ Result<MemoryAccount> check_scene_memory(const Scene& scene, std::uint64_t limit
     // PNG's depth: 16 bits take twice as long.
     const std::uint64_t times = bytes > 24 && file[0] == 0x89 && file[24] == 16 ? 2 : 1;
     const std::uint64_t size = std::min(times * picture_pixel_count(file), std::uint64_t{1} << 40);
-    pixels += size - std::min(size, bytes * max_pixels_per_byte);
+    pixels += size - std::min(size, bytes * max_pixels_per_encoded_byte);
   }
-  if (pixels > max_extra_pixels) {
+  if (pixels > max_pixels_above_ratio) {
     return fail(Code::file_too_large, scene.file, "",
                 fmt::format("its pictures have {} million pixels more than {} a byte", pixels / 1'000'000,
-                            max_pixels_per_byte));
+                            max_pixels_per_encoded_byte));
   }
   std::uint64_t encoded = 0;
   for (const SceneImage& image : scene.images) encoded += image.bytes.size();
   // The renderer has its own, and decoding copies what is needed of one.
-  if (!account.try_reserve(encoded, 3)) return refuse("its encoded pictures");
-  return account;
+  if (!budget.try_spend(encoded, 3)) return refuse("its encoded pictures");
+  return budget;
 }
 
-bool try_reserve_textures(MemoryAccount& account, std::uint64_t pixels, std::uint64_t largest,
-                          std::uint64_t encoded) {
-  return account.try_reserve(pixels, bytes_per::texture_pixel) &&
-         account.try_reserve(largest, bytes_per::unfinished_texture_pixel) &&
-         account.try_reserve(encoded, bytes_per::decoded_picture_pixel);
+bool try_spend_textures(MemoryBudget& budget, std::uint64_t texture_pixels,
+                        std::uint64_t largest_texture_pixels, std::uint64_t largest_picture_pixels) {
+  return budget.try_spend(texture_pixels, bytes_per_texture_pixel) &&
+         budget.try_spend(largest_texture_pixels, bytes_per_unfinished_texture_pixel) &&
+         budget.try_spend(largest_picture_pixels, bytes_per_decoded_picture_pixel);
 }
 
-Result<void> check_texture_memory(const Scene& scene, MemoryAccount account) {
+Result<void> check_texture_memory(const Scene& scene, MemoryBudget budget) {
   std::uint64_t pixels = 0;
   std::uint64_t largest = 0;
   const auto drawn = drawn_pictures(scene);
   for (const auto& [image, colour] : drawn) {
     const std::uint64_t size = picture_pixel_count(scene.images[image].bytes);
-    pixels += std::min(size, account.limit());  // so that the sum of some thousand is no wrapped number
+    pixels += std::min(size, budget.limit());  // so that the sum of some thousand is no wrapped number
     largest = std::max(largest, size);
   }
-  if (try_reserve_textures(account, pixels, largest, largest)) return {};
+  if (try_spend_textures(budget, pixels, largest, largest)) return {};
   return tl::unexpected<Error>(
-      memory_limit_error(scene.file, "", fmt::format("{} decoded pictures", drawn.size()), account.limit()));
+      memory_limit_error(scene.file, "", fmt::format("{} decoded pictures", drawn.size()), budget.limit()));
 }
 
 }  // namespace selvedge

@@ -11,36 +11,37 @@
 namespace selvedge {
 
 /// Bytes that one of these takes at most, reading and drawing.
-namespace bytes_per {
-inline constexpr std::uint64_t json_value = 128;       ///< in the parsed text, beside the text itself
-inline constexpr std::uint64_t vertex = 160;           ///< of a primitive, with what reading it takes
-inline constexpr std::uint64_t index = 12;             ///< of a primitive
-inline constexpr std::uint64_t instance = 320;         ///< of a primitive, without its vertices
-inline constexpr std::uint64_t placed_vertex = 256;    ///< of an instance: surface, merged mesh, projection
-inline constexpr std::uint64_t placed_triangle = 128;  ///< of an instance: corners and lists
-inline constexpr std::uint64_t shaded_vertex = 320;    ///< of an instance in an environment: fractions, light
-inline constexpr std::uint64_t texture_pixel = 16;     ///< of a texture, with its levels
-inline constexpr std::uint64_t unfinished_texture_pixel =
+inline constexpr std::uint64_t bytes_per_json_value = 128;  ///< in the parsed text, beside the text itself
+inline constexpr std::uint64_t bytes_per_vertex = 160;      ///< of a primitive, with what reading it takes
+inline constexpr std::uint64_t bytes_per_index = 12;        ///< of a primitive
+inline constexpr std::uint64_t bytes_per_instance = 320;    ///< of a primitive, without its vertices
+inline constexpr std::uint64_t bytes_per_placed_vertex =
+    256;  ///< of an instance: surface, merged mesh, projection
+inline constexpr std::uint64_t bytes_per_placed_triangle = 128;  ///< of an instance: corners and lists
+inline constexpr std::uint64_t bytes_per_shaded_vertex =
+    320;  ///< of an instance in an environment: fractions, light
+inline constexpr std::uint64_t bytes_per_texture_pixel = 16;  ///< of a texture, with its levels
+inline constexpr std::uint64_t bytes_per_unfinished_texture_pixel =
     24;  ///< of the largest texture, while it is made, beside that
-inline constexpr std::uint64_t decoded_picture_pixel = 8;  ///< of the largest picture, while it is decoded
-}  // namespace bytes_per
+inline constexpr std::uint64_t bytes_per_decoded_picture_pixel =
+    8;  ///< of the largest picture, while it is decoded
 
 /// Pixels that pictures may have for each of their bytes, and beyond that together.
-inline constexpr std::uint64_t max_pixels_per_byte = 32;
-inline constexpr std::uint64_t max_extra_pixels = std::uint64_t{1} << 29;
+inline constexpr std::uint64_t max_pixels_per_encoded_byte = 32;
+inline constexpr std::uint64_t max_pixels_above_ratio = std::uint64_t{1} << 29;
 
 /// The memory that a scene and its encoded pictures leave of `limit` bytes when they are drawn;
 /// FILE_TOO_LARGE beyond it. Textures come on top, by what a frame shows of them
 /// (viewer/light/picture_textures.h).
-Result<MemoryAccount> check_scene_memory(const Scene& scene, std::uint64_t limit);
+Result<MemoryBudget> check_scene_memory(const Scene& scene, std::uint64_t limit);
 
 /// Whether textures of all its pictures fit as well, each in full size, as a frame from near may need them:
 /// FILE_TOO_LARGE. They are reckoned by the sizes in their headers (picture_size).
-Result<void> check_texture_memory(const Scene& scene, MemoryAccount account);
+Result<void> check_texture_memory(const Scene& scene, MemoryBudget budget);
 
-/// Takes the price of textures of `pixels` pixels in all, the largest of `largest`, of pictures the largest
-/// of which has `encoded`; false if that is more than there is.
-bool try_reserve_textures(MemoryAccount& account, std::uint64_t pixels, std::uint64_t largest,
-                          std::uint64_t encoded);
+/// Spends the bytes of textures of so many pixels in all and in the largest one, decoded from pictures of at
+/// most `largest_picture_pixels`; false if that is more than there is.
+bool try_spend_textures(MemoryBudget& budget, std::uint64_t texture_pixels,
+                        std::uint64_t largest_texture_pixels, std::uint64_t largest_picture_pixels);
 
 }  // namespace selvedge

@@ -60,7 +60,7 @@ class MeshDocument {
       mesh_ = value_or_throw(read_obj(bytes, document_.file));
       for (const std::string& names : mesh_.material_files) read_materials(names);
       const std::string own = std::filesystem::path(document_.file).stem().string() + ".mtl";
-      if (materials_.empty() && !similar_file(document_, own).empty()) {
+      if (materials_.empty() && !find_similar_file(document_, own).empty()) {
         document_.remarks.push_back(fmt::format("{} is read", own));
         read_materials(own);
       }
@@ -74,19 +74,19 @@ class MeshDocument {
     if (!unknown_.empty())
       document_.remarks.push_back(fmt::format("no material file has \"{}\": left without colour and picture",
                                               fmt::join(unknown_, "\", \"")));
-    document_.memory_used = limits_.memory - account_.remaining_bytes();
+    document_.memory_used = limits_.memory - account_.unspent_bytes();
     return std::move(document_);
   }
 
  private:
   void take(std::uint64_t count, std::uint64_t price, const char* what) {
-    if (!account_.try_reserve(count, price))
+    if (!account_.try_spend(count, price))
       throw Failure{memory_limit_error(document_.file, "", what, limits_.memory)};
   }
 
   /// The path of a file that the text names; other systems' separators and roots are understood, and so are
-  /// similar names (similar_file), with a remark. Empty, with a remark, without such a file, and if other
-  /// files are not to be opened.
+  /// similar names (find_similar_file), with a remark. Empty, with a remark, without such a file, and if
+  /// other files are not to be opened.
   std::string path_of(std::string name, const char* place) {
     std::ranges::replace(name, '\\', '/');
     if (name.starts_with('/') || name.find(':') != std::string::npos) name = name.substr(name.rfind('/') + 1);
@@ -95,7 +95,7 @@ class MeshDocument {
     path = value_or_throw(resolve_uri(document_, relative_uri(path, document_.folder), place));
     std::error_code ignored;
     if (std::filesystem::is_regular_file(path, ignored)) return path;
-    std::string similar = similar_file(document_, name);
+    std::string similar = find_similar_file(document_, name);
     document_.remarks.push_back(similar.empty()
                                     ? fmt::format("{}: {}: no such file", place, name)
                                     : fmt::format("{}: there is no \"{}\"; \"{}\" is read", place, name,
@@ -106,7 +106,7 @@ class MeshDocument {
   /// Reads the material files of a line: one, whose name may have blanks, or several.
   void read_materials(const std::string& line) {
     const std::size_t end = line.find(".mtl ") + 4;
-    if (end > 4 && end < line.size() && similar_file(document_, line).empty()) {
+    if (end > 4 && end < line.size() && find_similar_file(document_, line).empty()) {
       read_materials(line.substr(0, end));
       return read_materials(line.substr(line.find_first_not_of(' ', end)));
     }
@@ -153,7 +153,7 @@ class MeshDocument {
       const bool has_uvs = std::ranges::all_of(face, [](const MeshCorner& c) { return c.uv >= 0; });
       const auto [entry, is_new] = parts.try_emplace({name, has_uvs});
       if (is_new) {
-        take(values_of_part, bytes_per::json_value, "its materials");
+        take(values_of_part, bytes_per_json_value, "its materials");
         entry->second = {material_of(name), has_uvs, {}};
       }
       for (std::size_t k = 2; k < face.size(); ++k) {
@@ -256,7 +256,7 @@ class MeshDocument {
   Json masked(const std::string& colours, const std::string& mask) {
     const auto read = [&](const std::string& path) {
       const auto image = path.empty() ? Image{1, 1, 4, {1, 1, 1, 1}}
-                                      : read_image(path, Transfer::keep, account_.remaining_bytes());
+                                      : read_image(path, Transfer::keep, account_.unspent_bytes());
       if (!image) document_.remarks.push_back(to_line(image.error()));
       return image.value_or(Image{1, 1, 4, {1, 1, 1, 1}});
     };
@@ -287,7 +287,7 @@ class MeshDocument {
   }
 
   /// Whether the picture, or the one of `mask` where that is another, exists; owner[key] then names it.
-  bool set_picture(const MtlMap& map, Json& owner, const char* key, const std::string& mask = "") {
+  bool set_picture(const TextureMap& map, Json& owner, const char* key, const std::string& mask = "") {
     const std::string path = path_of(map.file, "materials");
     const std::string mask_path = mask == map.file ? "" : path_of(mask, "map_d");
     if (path.empty() && mask_path.empty()) return false;
@@ -306,7 +306,7 @@ class MeshDocument {
   }
 
   const GltfLimits& limits_;
-  MemoryAccount account_;
+  MemoryBudget account_;
   GltfDocument document_;
   MeshFile mesh_;
   std::map<std::string, MtlMaterial> materials_;

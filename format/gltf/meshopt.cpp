@@ -270,7 +270,7 @@ void repack_meshopt(GltfDocument& document) {
     } else if (const auto shape = fresh.find(i); shape != fresh.end()) {
       relist_encoding(document, name);
       Json& extension = view["extensions"][name];
-      const Bytes stream = encode(GltfReader(document).bytes(i, ""), view, shape->second, extension);
+      const Bytes stream = encode(GltfReader(document).view_bytes(i, ""), view, shape->second, extension);
       extension["buffer"] = fallback + 1;
       extension["byteOffset"] = streams.size();
       extension["byteLength"] = stream.size();

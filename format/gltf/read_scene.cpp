@@ -170,17 +170,17 @@ class SceneReader {
       scene_.variants.push_back(string_of(member(variant, "name")));
     for (const std::string& text : document_.remarks) add_remark(scene_, text);
     if (member(document_.json, "extensions").contains("VRM")) scene_.front_azimuth = 180;
-    read_materials(document_, limits_.image_bytes, memory_.remaining_bytes(), scene_, issues_);
+    read_materials(document_, limits_.image_bytes, memory_.unspent_bytes(), scene_, issues_);
     std::uint64_t held = 0;
     for (const SceneImage& image : scene_.images) held += image.bytes.size();
     for (const SceneFabric& fabric : scene_.fabrics) held += fabric.bytes.size();
-    if (!memory_.try_reserve(held, 1)) {
+    if (!memory_.try_spend(held, 1)) {
       add(memory_limit_error(document_.file, "", "its pictures and fabrics", limits_.document.memory));
       return {};
     }
     read_nodes(roots(scene));
     remark_on_unread_features();
-    scene_.memory_left = memory_.remaining_bytes();
+    scene_.memory_left = memory_.unspent_bytes();
     return std::move(scene_);
   }
 
@@ -239,7 +239,7 @@ class SceneReader {
     const Json& attributes = member(json, "attributes");
     std::size_t moves = std::ranges::count_if(pose.weights, [](double weight) { return weight != 0; });
     for (const auto& [name, accessor] : attributes.items()) moves += name.starts_with("JOINTS_") ? 1 : 0;
-    if (!moved_vertices_.try_reserve(moves, declared_count(member(attributes, "POSITION"))))
+    if (!moved_vertices_.try_spend(moves, declared_count(member(attributes, "POSITION"))))
       reader.fail(Code::file_too_large, place,
                   fmt::format("morph targets and joints move more than {} vertices", max_moved_vertices));
     auto read = selvedge::read_primitive(reader, json, place, limits_.vertices - vertices_, pose);
@@ -248,10 +248,10 @@ class SceneReader {
       return std::nullopt;
     }
     const std::size_t given = read->positions.size();
-    if (mend_normals(*read)) {
+    if (replace_invalid_normals(*read)) {
       // Flat normals make a vertex of every corner.
       if (read->positions.size() > limits_.vertices - vertices_ ||
-          !memory_.try_reserve(read->positions.size() - given, bytes_per::vertex))
+          !memory_.try_spend(read->positions.size() - given, bytes_per_vertex))
         throw Failure{memory_limit_error(document_.file, place, "its vertices", limits_.document.memory)};
       const std::string normals = "has normals of length 0, which are made from the triangles around them";
       issues_.add(Code::gltf_advice, place + "/attributes/NORMAL", normals);
@@ -282,7 +282,7 @@ class SceneReader {
       const AccessorShape shape = reader.accessor_shape(index, "");
       const int view = index_of(member(root_entry(document_, "accessors", index), "bufferView"));
       if (view < 0) return shape.count;
-      return std::min(shape.count, reader.bytes(view, "").size() / shape.element_size() + 1);
+      return std::min(shape.count, reader.view_bytes(view, "").size() / shape.element_size() + 1);
     });
     return count.value_or(0);
   }
@@ -297,9 +297,9 @@ class SceneReader {
     const std::uint64_t indices = std::uint64_t{listed} * (triangles ? 1 : 3);
     // Flat normals make a vertex of every corner.
     const bool flat = member(attributes, "NORMAL").is_null();
-    return memory_.try_reserve(flat ? std::max<std::uint64_t>(vertices, indices) : vertices,
-                               bytes_per::vertex) &&
-           memory_.try_reserve(indices, bytes_per::index);
+    return memory_.try_spend(flat ? std::max<std::uint64_t>(vertices, indices) : vertices,
+                             bytes_per_vertex) &&
+           memory_.try_spend(indices, bytes_per_index);
   }
 
   /// The same of primitives with this number of instances.
@@ -310,9 +310,9 @@ class SceneReader {
       vertices += scene_.primitives[primitive].positions.size();
       triangles += scene_.primitives[primitive].indices.size() / 3;
     }
-    return memory_.try_reserve(places * primitives.size(), bytes_per::instance) &&
-           memory_.try_reserve(places, vertices * bytes_per::placed_vertex) &&
-           memory_.try_reserve(places, triangles * bytes_per::placed_triangle);
+    return memory_.try_spend(places * primitives.size(), bytes_per_instance) &&
+           memory_.try_spend(places, vertices * bytes_per_placed_vertex) &&
+           memory_.try_spend(places, triangles * bytes_per_placed_triangle);
   }
 
   static const Json& mappings_of(const Json& primitive) {
@@ -472,8 +472,8 @@ class SceneReader {
 
   const GltfDocument& document_;
   SceneLimits limits_;
-  MemoryAccount memory_;
-  MemoryAccount moved_vertices_{max_moved_vertices};
+  MemoryBudget memory_;
+  MemoryBudget moved_vertices_{max_moved_vertices};
   bool everything_;
   IssueSink& issues_;
   NodeTransforms transforms_{document_};

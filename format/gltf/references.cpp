@@ -67,7 +67,7 @@ class ReferenceCheck {
       check_textures(materials[i], fmt::format("/materials/{}", i));
     for (std::size_t i = 0; i < array_member(document_.json, "bufferViews").size(); ++i) {
       const auto good = catch_failure(
-          [&] { GltfReader(document_).view(static_cast<int>(i), fmt::format("/bufferViews/{}", i)); });
+          [&] { GltfReader(document_).buffer_view(static_cast<int>(i), fmt::format("/bufferViews/{}", i)); });
       if (!good) issues_.add(good.error());
     }
   }
@@ -141,7 +141,7 @@ Result<void> check_references(const GltfDocument& document) {
   if (issues.has_error()) return tl::unexpected(issues.first_error());
   return catch_failure([&] {
     for (std::size_t i = 0; i < array_member(document.json, "bufferViews").size(); ++i)
-      GltfReader(document).bytes(static_cast<int>(i), fmt::format("/bufferViews/{}", i));
+      GltfReader(document).view_bytes(static_cast<int>(i), fmt::format("/bufferViews/{}", i));
   });
 }
 

@@ -148,7 +148,7 @@ void find_outside_uris(const GltfDocument& document, IssueSink& issues) {
   });
 }
 
-std::string similar_file(const GltfDocument& document, std::string name) {
+std::string find_similar_file(const GltfDocument& document, std::string name) {
   if (document.external_files == ExternalFiles::none || name.find('\0') != std::string::npos) return {};
   std::ranges::replace(name, '\\', '/');
   const fs::path around(document.folder.empty() ? "." : document.folder);
@@ -181,7 +181,7 @@ void redirect_missing_files(GltfDocument& document) {
     const Result<std::string> path = resolve_uri(document, uri, place);
     std::error_code ignored;
     if (path && fs::exists(*path, ignored)) return;
-    const std::string found = similar_file(document, percent_decoded(uri));
+    const std::string found = find_similar_file(document, percent_decoded(uri));
     if (found.empty()) return;
     entry[names::gltf::uri] = relative_uri(found, document.folder);
     document.remarks.push_back(fmt::format("{}: there is no \"{}\"; \"{}\" is read", place,
@@ -224,7 +224,7 @@ Result<Bytes> read_image_bytes(const GltfDocument& document, int image, std::uin
     if (!uri.empty()) {
       bytes = read_uri(reader, uri, place, limit);
     } else {
-      const auto view = reader.bytes(index_of(member(json, names::gltf::buffer_view)), place);
+      const auto view = reader.view_bytes(index_of(member(json, names::gltf::buffer_view)), place);
       bytes.assign(view.begin(), view.end());
     }
     if (bytes.size() > limit) reader.fail(Code::file_too_large, place, "the pictures are too large");

@@ -37,9 +37,9 @@ void find_outside_uris(const GltfDocument& document, IssueSink& issues);
 
 /// The file in `folder` that a name from another system means: with slashes for backslashes, or else its last
 /// part alone, in any capitals. Empty without such a file, and if it leads out of the document's folder.
-std::string similar_file(const GltfDocument& document, std::string name);
+std::string find_similar_file(const GltfDocument& document, std::string name);
 
-/// Replaces URIs of missing files by URIs of similar ones (similar_file), each with a remark.
+/// Replaces URIs of missing files by URIs of similar ones (find_similar_file), each with a remark.
 void redirect_missing_files(GltfDocument& document);
 
 /// Allows the file that a URI names now, as the user's own choice.

@@ -55,7 +55,7 @@ std::vector<FabricYarnCurve> curves_of(const YarnData& data) {
   for (const YarnCurve& c : data.curves) {
     curves.push_back({c.nodes,
                       c.stations,
-                      {c.turns.x, c.turns.y},
+                      {c.repeat_offset.x, c.repeat_offset.y},
                       c.radius,
                       {c.albedo.x, c.albedo.y, c.albedo.z},
                       c.gloss.weight,
@@ -65,7 +65,7 @@ std::vector<FabricYarnCurve> curves_of(const YarnData& data) {
                       c.plies.divisions,
                       c.plies.shift,
                       c.plies.phase,
-                      {c.plies.groove.x, c.plies.groove.y, c.plies.groove.z},
+                      {c.plies.outward_gain.x, c.plies.outward_gain.y, c.plies.outward_gain.z},
                       c.plies.sides,
                       c.flattening});
   }
@@ -197,7 +197,7 @@ FabricLevelData FabricFile::level(int level) const {
 FabricYarns FabricFile::yarns() const {
   const Yarns* const yarns = state_->yarns();
   if (yarns == nullptr) return {};
-  return {state_->curves, floats_of(yarns->data().nodes), yarns->data().light};
+  return {state_->curves, floats_of(yarns->data().nodes), yarns->data().station_light};
 }
 
 std::optional<FabricRadiance> FabricFile::evaluate(int level, int x, int y, const std::array<float, 3>& light,

@@ -68,7 +68,7 @@ Result<MeshFile> read_obj(std::string_view text, const std::string& file);
 Result<MeshFile> ply_to_mesh(const PlyFile& ply, const std::string& file);
 
 /// A picture of an MTL file.
-struct MtlMap {
+struct TextureMap {
   std::string file;
   V2d scale{1, 1};   ///< -s: of the texture coordinates, v upwards
   V2d offset{0, 0};  ///< -o
@@ -78,9 +78,9 @@ struct MtlMap {
 struct MtlMaterial {
   std::optional<V3d> diffuse;   ///< Kd, not negative; none for the black that programs write beside map_Kd
   std::optional<V3d> emission;  ///< Ke, not negative
-  MtlMap diffuse_map;           ///< map_Kd
-  MtlMap emission_map;          ///< map_Ke
-  MtlMap normal_map;            ///< norm, or map_Bump of a name with "normal"
+  TextureMap diffuse_map;       ///< map_Kd
+  TextureMap emission_map;      ///< map_Ke
+  TextureMap normal_map;        ///< norm, or map_Bump of a name with "normal"
   std::string mask_file;        ///< map_d
 };
 

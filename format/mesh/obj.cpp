@@ -185,8 +185,8 @@ class ObjReader {
 };
 
 /// A picture behind its options: -s 1 1 1, -clamp on.
-MtlMap picture_of(const Words& words) {
-  MtlMap map;
+TextureMap picture_of(const Words& words) {
+  TextureMap map;
   std::size_t next = 1;
   while (next + 2 < words.size() && words[next].starts_with('-')) {
     const std::string_view option = words[next++];

@@ -177,7 +177,7 @@ Result<Environment> read_environment(const std::string& path, const EnvironmentO
   make_radiance(*image, image->remarks);
   const int shown = image->display_window.isEmpty() ? 0 : image->display_window.size().y + 1;
   const auto rows = static_cast<std::uint64_t>(std::max(image->height, shown));
-  if (!MemoryAccount(memory).try_reserve(2 * rows * rows, environment_bytes_per_pixel))
+  if (!MemoryBudget(memory).try_spend(2 * rows * rows, environment_bytes_per_pixel))
     return tl::unexpected<Error>(memory_limit_error(path, "", size, memory));
   Environment result = environment_of(*image, options);
   if (result.width == 0) {

@@ -84,7 +84,7 @@ Result<std::vector<Image>> decode(const char* format, std::span<const std::uint8
   if (format == std::string_view("webp")) {
     const std::uint64_t pixels = picture_pixel_count(bytes);
     if (pixels > static_cast<std::uint64_t>(limits.pixels) ||
-        !MemoryAccount(limits.memory).try_reserve(pixels, canvas_bytes))
+        !MemoryBudget(limits.memory).try_spend(pixels, canvas_bytes))
       return fail(Code::file_too_large, name, "", fmt::format("{} pixels", pixels));
   }
   constexpr int max_scans = 100;

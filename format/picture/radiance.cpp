@@ -125,15 +125,15 @@ class Scanlines {
 };
 
 Image read(std::span<const std::uint8_t> bytes, const std::string& name, const ImageLimits& limits) {
-  MemoryAccount account(limits.memory);
-  const bool held = account.try_reserve(bytes.size(), 1);
+  MemoryBudget budget(limits.memory);
+  const bool held = budget.try_spend(bytes.size(), 1);
   const Header header = header_in(bytes, name);
   Image image{header.size.x, header.size.y, 4, {}};
   const std::string size = fmt::format("{} x {} pixels", image.width, image.height);
   const std::int64_t pixels = std::int64_t{image.width} * image.height;
   if (image.width > limits.side || image.height > limits.side || pixels > limits.pixels)
     throw Failure{{Code::file_too_large, name, "", size}};
-  if (!held || !account.try_reserve(pixels, sizeof(Rgbe) + 4 * sizeof(float)))
+  if (!held || !budget.try_spend(pixels, sizeof(Rgbe) + 4 * sizeof(float)))
     throw Failure{memory_limit_error(name, "", size, limits.memory)};
   // Scanlines take memory as they come: a header may declare what the file does not have.
   Scanlines scanlines(bytes, name);

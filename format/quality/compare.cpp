@@ -128,7 +128,7 @@ Comparison compare_levels(const PairSamples& truth, const std::vector<V2i>& size
                           const Shown& shown) {
   const std::size_t texels = truth.width * truth.height;
   Comparison result;
-  result.kind = kind;
+  result.pair_kind = kind;
   result.pair_count = static_cast<int>(truth.pairs.size());
   result.peak = peak > 0 ? peak : psnr_peak(truth);
   const std::size_t levels = sizes.size();

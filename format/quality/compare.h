@@ -23,7 +23,7 @@ struct LevelComparison {
 };
 
 struct Comparison {
-  PairKind kind = PairKind::held_out;
+  PairKind pair_kind = PairKind::held_out;
   int pair_count = 0;
   double peak = 0;  ///< 1/sr, of all PSNR
   std::vector<LevelComparison> levels;

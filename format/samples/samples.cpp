@@ -39,7 +39,7 @@ void grid_io(const JsonIo& text, const char* name, DirectionGrid& grid) {
   if (text.is_reading()) return;
   json directions = json::array();
   for (const V3f& d : cell_directions(grid)) directions.push_back(list_of(d));
-  object.set(member::directions, std::move(directions));
+  object.set_member(member::directions, std::move(directions));
 }
 
 void pairs_io(const JsonIo& sets, SamplesHeader& h) {
@@ -55,7 +55,7 @@ void pairs_io(const JsonIo& sets, SamplesHeader& h) {
     json list = json::array();
     for (const DirectionPair& pair : pairs)
       list.push_back({{member::light, list_of(pair.light)}, {member::view, list_of(pair.view)}});
-    sets.set(name_of(kind), std::move(list));
+    sets.set_member(name_of(kind), std::move(list));
   }
 }
 
@@ -73,7 +73,7 @@ void header_io(const JsonIo& text, SamplesHeader& h) {
   text.integer(member::truth_samples, h.truth_samples, 0, max_samples);
   if (text.has_optional(member::sides, h.both_sides)) {
     if (!text.is_reading())
-      text.set(member::sides, member::both);
+      text.set_member(member::sides, member::both);
     else if (text.value()[member::sides] != member::both)
       text.add_issue(member::sides, "is not \"both\"");
     h.both_sides = true;
@@ -82,7 +82,7 @@ void header_io(const JsonIo& text, SamplesHeader& h) {
   if (text.has_optional(names::part_yarns, h.yarns.curves > 0))
     text.object(names::part_yarns).yarn_counts(h.yarns, limits);
   if (!text.is_reading())
-    text.set(member::provenance, provenance_json(h.provenance));
+    text.set_member(member::provenance, provenance_json(h.provenance));
   else if (const JsonIo provenance = text.member(member::provenance))
     h.provenance = provenance.value().dump();
 }
@@ -123,7 +123,7 @@ ExrPart curve_part(const SamplesHeader& h) {
 }
 
 ExrPart yarn_light_part(const SamplesHeader& h, const char* name) {
-  return new_part(name, h.yarns.stations, h.yarns.values, {{name, false}});
+  return new_part(name, h.yarns.stations, h.yarns.values_per_station, {{name, false}});
 }
 
 tl::unexpected<Error> malformed(const std::string& file, std::string place, std::string message) {
@@ -143,20 +143,20 @@ std::size_t radiance_pixel(const SamplesHeader& h, std::size_t v, std::size_t l,
 /// The planes of a scanline part in the order of the wanted channels, not in the file's alphabetical one.
 Result<Planes> read_part(ExrReader& reader, const ExrPart& wanted) {
   const int index = reader.find_part(wanted.name);
-  if (index < 0) return malformed(reader.name(), wanted.name, "the part is missing");
+  if (index < 0) return malformed(reader.path(), wanted.name, "the part is missing");
   const ExrPart& part = reader.parts()[index];
   if (part.has_mipmaps || part.width != wanted.width || part.height != wanted.height)
-    return malformed(reader.name(), wanted.name,
+    return malformed(reader.path(), wanted.name,
                      fmt::format("is not a scanline part of {}x{} pixels", wanted.width, wanted.height));
   if (part.channels.size() != wanted.channels.size())
-    return malformed(reader.name(), wanted.name, "has other channels");
+    return malformed(reader.path(), wanted.name, "has other channels");
   auto pixels = value_or_throw(reader.read_level(index));
   Planes planes;
   for (const ExrChannel& channel : wanted.channels) {
     const auto found =
         std::ranges::find_if(part.channels, [&](const ExrChannel& c) { return c.name == channel.name; });
     if (found == part.channels.end())
-      return malformed(reader.name(), part.name + "/" + channel.name, "is missing");
+      return malformed(reader.path(), part.name + "/" + channel.name, "is missing");
     planes.push_back(std::move(pixels.planes[found - part.channels.begin()]));
   }
   return planes;
@@ -212,11 +212,11 @@ Result<YarnData> read_yarns(ExrReader& reader, const SamplesHeader& h) {
   auto yarns = yarns_from_values(curves.front(), light.front(), h.yarns, h.period_mm);
   if (yarns && h.both_sides) {
     const auto through = value_or_throw(read_part(reader, yarn_light_part(h, names::part_light_through)));
-    yarns->through = light_from_values(through.front(), h.yarns.stations);
+    yarns->light_through = light_from_values(through.front(), h.yarns.stations);
     if (auto ok = validate(*yarns, h.period_mm); !ok) yarns = tl::unexpected(ok.error());
   }
   if (!yarns)
-    return malformed(reader.name(), std::string(names::part_yarns) + "/" + yarns.error().place,
+    return malformed(reader.path(), std::string(names::part_yarns) + "/" + yarns.error().place,
                      yarns.error().message);
   return yarns;
 }
@@ -226,8 +226,8 @@ Result<SamplesHeader> read_header(const ExrReader& reader) {
   const auto found = attributes.find(names::attribute_samples);
   const auto* text = found == attributes.end() ? nullptr : &found->second;
   if (text == nullptr)
-    return malformed(reader.name(), names::attribute_samples, "attribute is missing: not a samples file");
-  return samples_header_from_json(*text, reader.name());
+    return malformed(reader.path(), names::attribute_samples, "attribute is missing: not a samples file");
+  return samples_header_from_json(*text, reader.path());
 }
 
 void read_views(ExrReader& reader, Samples& samples) {
@@ -270,11 +270,11 @@ PairSamples read_pairs(ExrReader& reader, const SamplesHeader& h, PairKind kind)
 Result<Samples> read(ExrReader reader, std::uint64_t memory) {
   // Values are decoded, laid out by view and by pair, and copied for one side.
   constexpr std::uint64_t value_price = 3 * sizeof(float);
-  MemoryAccount account(memory);
+  MemoryBudget budget(memory);
   for (const ExrPart& part : reader.parts()) {
     const std::uint64_t pixels = std::uint64_t{1} * part.width * part.height;
-    if (!account.try_reserve(pixels * part.channels.size(), value_price))
-      return tl::unexpected<Error>(memory_limit_error(reader.name(), part.name, "its values", memory));
+    if (!budget.try_spend(pixels * part.channels.size(), value_price))
+      return tl::unexpected<Error>(memory_limit_error(reader.path(), part.name, "its values", memory));
   }
   Samples samples;
   samples.header = value_or_throw(read_header(reader));
@@ -282,7 +282,7 @@ Result<Samples> read(ExrReader reader, std::uint64_t memory) {
   for (const PairKind kind : all_pair_kinds)
     samples.pairs[index_of(kind)] = read_pairs(reader, samples.header, kind);
   if (samples.header.yarns.curves > 0) samples.yarns = value_or_throw(read_yarns(reader, samples.header));
-  value_or_throw(check(samples, reader.name()));
+  value_or_throw(check(samples, reader.path()));
   return samples;
 }
 

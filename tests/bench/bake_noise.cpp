@@ -54,7 +54,7 @@ Seen plain_loop(const CellMesh& mesh, const BakeOptions& o) {
         const YarnBrdf surface = brdf_at(scene, point);
         for (std::size_t l = 0; l < lights.size(); ++l) {
           const V3d light(lights[l]);
-          if (surface.normal.dot(light) <= 0 || scene.occluded(point, lights[l])) continue;
+          if (surface.normal.dot(light) <= 0 || scene.is_occluded(point, lights[l])) continue;
           sum[l] += reflectance(surface, light, view) * surface.normal.dot(light);
         }
         PathSampler sampler(0, random.next());

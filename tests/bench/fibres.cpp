@@ -89,7 +89,7 @@ void add_hairs(const StitchPattern& pattern, const CellMesh& mesh, Fibres& fibre
     const auto first = mesh.hairs.points.begin() + static_cast<std::ptrdiff_t>(h * Hairs::points_per_hair);
     fibres.first.push_back(static_cast<int>(fibres.points.size()));
     fibres.radius.push_back(mesh.hairs.radius[h]);
-    fibres.yarn.push_back(first_ply[mesh.places[mesh.triangles[mesh.hairs.root_triangles[h]].x].curve]);
+    fibres.yarn.push_back(first_ply[mesh.yarn_places[mesh.triangles[mesh.hairs.root_triangles[h]].x].curve]);
     fibres.points.insert(fibres.points.end(), first, first + Hairs::points_per_hair);
   }
 }

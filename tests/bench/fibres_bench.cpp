@@ -204,7 +204,7 @@ int draw(int argc, char** argv) {
                    if (!scene.trace(ray_origin(ray, shot.camera, place), -ray.view, point)) return;
                    std::uint64_t rays = 0;
                    sum.hits += 1;
-                   tracer.follow(point, lights.directions, sampler, lights.radiance, rays);
+                   tracer.follow(point, lights.directions, sampler, lights.unit_radiances, rays);
                    lights.add_to(sum);
                  },
                  {});

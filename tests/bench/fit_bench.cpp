@@ -64,12 +64,13 @@ std::array<ChannelFit, 3> restarted(const TexelSamples& samples, const LobeFitOp
   std::array<ChannelFit, 3> fits;
   for (int c = 0; c < 3; ++c) {
     ChannelProblem problem(samples, c, options.channel);
-    Random random(42, static_cast<std::uint64_t>(problem.energy() * 1e6), static_cast<std::uint64_t>(c));
+    Random random(42, static_cast<std::uint64_t>(problem.weighted_squared_radiance() * 1e6),
+                  static_cast<std::uint64_t>(c));
     ChannelState best;
     for (int restart = 0; restart < count; ++restart) {
       ChannelState state;
       state.sizes.assign(static_cast<std::size_t>(options.lobes) + 1, 0.1);
-      state.table.assign(samples.views, 1);
+      state.table.assign(samples.view_count, 1);
       for (int lobe = 0; lobe < options.lobes; ++lobe) {
         LobeShape shape;
         double largest = 1e-9;

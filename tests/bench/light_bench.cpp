@@ -43,13 +43,13 @@ std::vector<V3f> spiral_lights(double first_turn) {
 bool is_open(const TracedCell& cell, const StationPoint& place, SurfacePoint& point) {
   const V3d normal(place.normal);
   const auto radius = static_cast<double>(place.radius);
-  const V3d above = V3d(place.place) + normal * (lift * radius);
+  const V3d above = V3d(place.position) + normal * (lift * radius);
   V3d from = above / cell.mm_per_unit;
   do {
     if (!cell.scene.trace(from, -normal, point)) return false;
     from = V3d(point.position) - normal * (1e-3 * radius / cell.mm_per_unit);
   } while (point.hair_point >= 0);
-  if (point.back) return false;
+  if (point.is_back) return false;
   V3d off = V3d(point.position) * cell.mm_per_unit - above;
   const V2d period = cell.scene.period() * cell.mm_per_unit;
   for (int k = 0; k < 2; ++k) off[k] -= std::round(off[k] / period[k]) * period[k];
@@ -131,7 +131,7 @@ LightColumns light_along_paths(const TracedCell& cell, const YarnCurve& curve, c
   if (cell.scene.is_translucent()) {
     const SurfacePoint inside = other_side(point);
     const YarnBrdf wall = brdf_at(cell.scene, inside);
-    add(inside, V3f(wall.albedo * (wall.brightness * wall.transmission * diffuse_weight(wall))), 1);
+    add(inside, V3f(wall.albedo * (wall.diffuse_factor * wall.transmission * diffuse_weight(wall))), 1);
   }
   light.tail(light_moment_count) *= mean[0] > 0 ? mean[0] / (mean[0] + mean[1]) : 0;
   return light;
@@ -175,7 +175,7 @@ void compare(const YarnData& data, const std::vector<TracedPlace>& places) {
   } all, moments;
   const std::vector<V3f> lights = spiral_lights(1);
   for (const TracedPlace& place : places) {
-    const float* value = &data.light.at(std::size_t{light_values_per_station} * place.station);
+    const float* value = &data.station_light.at(std::size_t{light_values_per_station} * place.station);
     std::array<LightTransfer, 3> transfer{};
     std::array<double, light_moment_count> moment{};
     for (const float function : place.point.functions) {
@@ -219,7 +219,8 @@ int main(int argc, char** argv) {
     compute_yarn_light(lines, V2f(yarn.period), yarn.wall_transmission);
     fmt::print("{}: lines {:.2f} CPU s\n", stitch,
                static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    if (argc > 5) lines.light = value_or_throw(read_fabric(argv[5])).levels.front().yarns()->data().light;
+    if (argc > 5)
+      lines.station_light = value_or_throw(read_fabric(argv[5])).levels.front().yarns()->data().station_light;
     compare(lines, trace_places(cell, Yarns(lines, V2f(yarn.period)), paths, seed));
   } catch (const Failure& failure) {
     fmt::print(stderr, "{}\n", to_line(failure.error));

@@ -172,7 +172,7 @@ class Rates {
     options_.shadow_map_size = default_shadow_size;
     const Camera camera = subject.camera(1, 0);
     options_.lights = default_lights(camera);
-    const auto probe = need(subject.renderer(options_)->probe(camera, options_, size / 2));
+    const auto probe = need(subject.renderer(options_)->probe_surface(camera, options_, size / 2));
     if (probe && probe->fabric >= 0)
       whole_ = subject.loaded.fabrics[probe->fabric].levels.front().width / probe->texels_per_pixel.x;
   }
@@ -383,20 +383,20 @@ void window_frames(const Subject& subject, const std::string& folder) {
     const double pixels = 120 * std::pow(60, -std::max(now, 0.0) / end);
     state.camera.azimuth = 240 * std::max(now, 0.0) / end;
     state.camera.zoom = pixels / whole;
-    const double divisor = pace.divisor();
-    const Change change = now == -0.5 ? Change::scene : Change::frame;
+    const double divisor = pace.size_divisor();
+    const Redraw change = now == -0.5 ? Redraw::scene : Redraw::frame;
     const double start = bench::cpu_seconds();
     need(moving->update(state, change, window, divisor));
     const double seconds = (bench::cpu_seconds() - start) / thread_count();
-    if (change == Change::frame) pace.add(seconds, state.frame_seconds);
-    now += change == Change::frame ? std::max(seconds, 1.0 / 60) : 0.001;
+    if (change == Redraw::frame) pace.add_frame(seconds, state.frame_seconds);
+    now += change == Redraw::frame ? std::max(seconds, 1.0 / 60) : 0.001;
     if (now < 0) continue;
     taken.push_back(1e3 * seconds);
-    steps += pace.divisor() != divisor ? 1 : 0;
+    steps += pace.size_divisor() != divisor ? 1 : 0;
     if (now < next) continue;
     ShowState middle = state;
     middle.camera.zoom *= part;
-    need(rest->update(middle, next == 0 ? Change::scene : Change::frame, window / part, 1));
+    need(rest->update(middle, next == 0 ? Redraw::scene : Redraw::frame, window / part, 1));
     while (need(rest->refine(middle))) {
     }
     next += 2;

@@ -37,12 +37,12 @@ inline void add_levels(Fabric& fabric) {
       }
       return Layer{layer.channels, means};
     };
-    coarse.set(LayerKind::lobes, mean_of(fine[LayerKind::lobes]));
+    coarse.set_layer(LayerKind::lobes, mean_of(fine[LayerKind::lobes]));
     if (fine.has(LayerKind::frame)) {
-      coarse.add(LayerKind::frame, 6);
+      coarse.add_layer(LayerKind::frame, 6);
       for (TexelFrame& frame : coarse.frame()) frame = {V3f(0, 0, 1), V3f(1, 0, 0)};
     }
-    coarse.set(LayerKind::opacity, mean_of(fine[LayerKind::opacity]));
+    coarse.set_layer(LayerKind::opacity, mean_of(fine[LayerKind::opacity]));
     fabric.levels.push_back(std::move(coarse));
   }
 }
@@ -55,7 +55,7 @@ inline Fabric lambert_fabric(const V2d& period_mm, int side, const V3f& albedo) 
   FabricLevel level;
   level.width = side;
   level.height = side;
-  level.add(LayerKind::lobes, 3);
+  level.add_layer(LayerKind::lobes, 3);
   for (int i = 0; i < 3 * side * side; ++i) level.lobes()[i] = albedo[i % 3] / std::numbers::pi_v<float>;
   fabric.levels.push_back(std::move(level));
   add_levels(fabric);
@@ -68,8 +68,8 @@ inline Fabric net_fabric(const V2d& period_mm = V2d(5, 4), int side = 16) {
   fabric.levels.resize(1);
   FabricLevel& level = fabric.levels[0];
   const int views = fabric.views.count();
-  level.add(LayerKind::frame, 6);
-  level.add(LayerKind::opacity, views);
+  level.add_layer(LayerKind::frame, 6);
+  level.add_layer(LayerKind::opacity, views);
   for (int y = 0; y < side; ++y) {
     for (int x = 0; x < side; ++x) {
       const double phase = 2 * std::numbers::pi * (x + 0.5) / side;

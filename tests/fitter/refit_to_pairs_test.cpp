@@ -65,7 +65,7 @@ TEST_CASE("lobes and table that made the pairs come back from a start that is of
       for (std::size_t k = 0; k < 5; ++k)
         truth.levels[0].lobes()[i + k] = values[k] * (1 + 0.05F * static_cast<float>(i % 7) / 7);
     }
-    if (!table) truth.levels[0].remove(LayerKind::table);
+    if (!table) truth.levels[0].remove_layer(LayerKind::table);
     Fabric fabric = truth;
     for (float& p : fabric.levels[0].lobes()) p *= 0.9F;
     if (table)

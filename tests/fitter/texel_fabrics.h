@@ -48,8 +48,8 @@ inline Fabric patterned(int width, int height) {
   level.width = width;
   level.height = height;
   level.pairs = {{0, 0}, {1, 1}};
-  level.add(LayerKind::products, 2);
-  level.add(LayerKind::opacity, fabric.views.count(), 1);
+  level.add_layer(LayerKind::products, 2);
+  level.add_layer(LayerKind::opacity, fabric.views.count(), 1);
   for (int i = 0; i < width * height; ++i) {
     level.coefficients()[2 * i] = 1 + static_cast<float>(random.uniform());
     level.coefficients()[2 * i + 1] = 0.5F * static_cast<float>(random.uniform());

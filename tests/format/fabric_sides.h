@@ -11,8 +11,8 @@ inline Fabric four_sides() {
   Fabric fabric = with_yarn(random_product_fabric(6, 4, {2, 3}, 2, 8), 3);
   YarnData data = fabric.levels.front().yarns()->data();
   Random random(5);
-  for (auto* light : {&data.light, &data.through}) {
-    light->resize(data.light.size());
+  for (auto* light : {&data.station_light, &data.light_through}) {
+    light->resize(data.station_light.size());
     for (float& value : *light) value = std::round(uniform(random, -8, 8)) / 64;
   }
   fabric.levels.front().set_yarns(std::make_shared<const Yarns>(data, fabric.period_mm));

@@ -28,10 +28,10 @@ inline Fabric random_fabric(int width, int height, DirectionGrid views, int lobe
     level.height = level_size(height, k);
     const auto texels = static_cast<std::size_t>(level.texels());
     const std::size_t entries = texels * static_cast<std::size_t>(views.count());
-    level.add(LayerKind::lobes, 3 * parameter_count(lobes));
-    level.add(LayerKind::frame, 6);
-    level.add(LayerKind::table, 3 * views.count());
-    level.add(LayerKind::opacity, views.count());
+    level.add_layer(LayerKind::lobes, 3 * parameter_count(lobes));
+    level.add_layer(LayerKind::frame, 6);
+    level.add_layer(LayerKind::table, 3 * views.count());
+    level.add_layer(LayerKind::opacity, views.count());
     float* p = level.lobes().data();
     for (std::size_t i = 0; i < texels; ++i) {
       for (int c = 0; c < 3; ++c) {
@@ -68,11 +68,11 @@ inline Fabric random_product_fabric(int width, int height, DirectionGrid views, 
   for (int i = 0; i < 2 * 3; ++i) functions.light.emplace_back(eighths(1), eighths(1), eighths(2) - 1);
   const auto bases = std::make_shared<const ProductBases>(std::move(functions));
   for (FabricLevel& level : fabric.levels) {
-    level.add(LayerKind::light, 9);
+    level.add_layer(LayerKind::light, 9);
     for (V3f& s : level.light_table()) s = V3f(eighths(1), eighths(1), eighths(1));
     level.pairs = {{0, 0}, {1, 1}};
     if (&level != &fabric.levels.front()) level.pairs = {{1, 0}};
-    level.add(LayerKind::products, static_cast<int>(level.pairs.size()));
+    level.add_layer(LayerKind::products, static_cast<int>(level.pairs.size()));
     for (float& c : level.coefficients()) c = eighths(2) - 1;
     level.bases = bases;
   }
@@ -87,7 +87,7 @@ inline Fabric lambert_fabric(int width, int height, const V3f& albedo) {
     FabricLevel level;
     level.width = level_size(width, k);
     level.height = level_size(height, k);
-    level.add(LayerKind::lobes, 3);
+    level.add_layer(LayerKind::lobes, 3);
     for (int i = 0; i < 3 * level.texels(); ++i) level.lobes()[i] = albedo[i % 3] / 3.14159265358979F;
     fabric.levels.push_back(std::move(level));
   }

@@ -15,13 +15,13 @@ inline YarnData straight(float period, float radius) {
   YarnCurve curve;
   curve.nodes = 4;
   curve.stations = 1;
-  curve.turns = {1, 0};
+  curve.repeat_offset = {1, 0};
   curve.radius = radius;
   data.curves = {curve};
   for (int i = 0; i < 4; ++i) {
     data.nodes.emplace_back(period * static_cast<float>(i) / 4, period / 2, radius);
   }
-  data.light.assign(light_values_per_station, 0);
+  data.station_light.assign(light_values_per_station, 0);
   return data;
 }
 
@@ -35,7 +35,7 @@ inline YarnData tangle(Random& random, const V2f& period, int curves) {
   int stations = 0;
   for (int c = 0; c < curves; ++c) {
     YarnCurve curve;
-    curve.turns = c % 3 == 0 ? V2i(1, 0) : c % 3 == 1 ? V2i(0, -1) : V2i(0, 0);
+    curve.repeat_offset = c % 3 == 0 ? V2i(1, 0) : c % 3 == 1 ? V2i(0, -1) : V2i(0, 0);
     curve.radius = unit * uniform(0.02F, 0.09F);
     curve.nodes = 12;
     curve.stations = 3;
@@ -47,13 +47,13 @@ inline YarnData tangle(Random& random, const V2f& period, int curves) {
       const float fraction = static_cast<float>(i) / static_cast<float>(curve.nodes);
       const float angle = 2 * std::numbers::pi_v<float> * fraction;
       V3f at = start + V3f(std::cos(angle), std::sin(angle), std::sin(2 * angle)) * (unit * 0.2F);
-      at += V3f(fraction * static_cast<float>(curve.turns.x) * period.x,
-                fraction * static_cast<float>(curve.turns.y) * period.y, 0);
+      at += V3f(fraction * static_cast<float>(curve.repeat_offset.x) * period.x,
+                fraction * static_cast<float>(curve.repeat_offset.y) * period.y, 0);
       data.nodes.push_back(at);
     }
     data.curves.push_back(curve);
   }
-  data.light.assign(static_cast<std::size_t>(stations) * light_values_per_station, 0.0078125F);
+  data.station_light.assign(static_cast<std::size_t>(stations) * light_values_per_station, 0.0078125F);
   return data;
 }
 
@@ -92,7 +92,7 @@ inline YarnData waves(float period, int curves, bool strands) {
     YarnCurve curve;
     curve.nodes = nodes;
     curve.stations = 3;
-    curve.turns = c % 2 == 0 ? V2i(1, 0) : V2i(0, 1);
+    curve.repeat_offset = c % 2 == 0 ? V2i(1, 0) : V2i(0, 1);
     curve.radius = 0.08F * period;
     curve.albedo = {0.7F, 0.5F, 0.3F};
     curve.gloss = {0.2F, 0.4F};
@@ -111,7 +111,7 @@ inline YarnData waves(float period, int curves, bool strands) {
       data.nodes.push_back((c % 2 == 0 ? node : V3f(node.y, node.x, node.z)) * period);
     }
     for (int i = 0; i < curve.stations * light_values_per_station; ++i)
-      data.light.push_back(static_cast<float>(0.02 * random.uniform()));
+      data.station_light.push_back(static_cast<float>(0.02 * random.uniform()));
   }
   return data;
 }

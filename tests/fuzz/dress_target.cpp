@@ -42,7 +42,7 @@ DressOptions options_from(std::uint64_t sum) {
   if (bit(4)) options.garment_height = 1.7;
   options.tex_coord = bit(5) ? 1 : 0;
   options.embed = !bit(6);
-  options.fallback = !bit(7);
+  options.has_fallback = !bit(7);
   return options;
 }
 

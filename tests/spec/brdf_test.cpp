@@ -36,14 +36,14 @@ TEST_CASE("the worked example has the radiance and the opacity that the page sta
     lobes.values.push_back(rho);
     for (const char* p : {"cx", "cy", "cz", "n"}) lobes.values.push_back(example["lobe"][p]);
   }
-  level.set(LayerKind::lobes, lobes);
-  level.add(LayerKind::frame, 6);
+  level.set_layer(LayerKind::lobes, lobes);
+  level.add_layer(LayerKind::frame, 6);
   level.frame()[0] = {vector_of(example["normal"]), vector_of(example["tangent"])};
-  level.add(LayerKind::table, 3 * fabric.views.count());
+  level.add_layer(LayerKind::table, 3 * fabric.views.count());
   for (std::size_t i = 0; i < example["table"].size(); ++i) {
     level.view_table()[i] = vector_of(example["table"][i]);
   }
-  level.set(LayerKind::opacity, {fabric.views.count(), example["opacity"].get<std::vector<float>>()});
+  level.set_layer(LayerKind::opacity, {fabric.views.count(), example["opacity"].get<std::vector<float>>()});
   REQUIRE(validate(fabric));
 
   const V3f light = vector_of(example["light"]);

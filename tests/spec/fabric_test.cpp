@@ -30,13 +30,13 @@ Fabric example() {
     FabricLevel level;
     level.width = level_size(2, k);
     level.height = 1;
-    level.add(LayerKind::lobes, 15);
+    level.add_layer(LayerKind::lobes, 15);
     for (int i = 0; i < 15 * level.texels(); ++i) {
       level.lobes()[i] = std::array{0.25F, -0.5F, -0.5F, 0.5F, 4.0F}[i % 5];
     }
     fabric.levels.push_back(level);
   }
-  fabric.levels[0].set(LayerKind::opacity, {2, {1, 0.5F, 0.25F, 0}});
+  fabric.levels[0].set_layer(LayerKind::opacity, {2, {1, 0.5F, 0.25F, 0}});
   return fabric;
 }
 
@@ -56,7 +56,7 @@ TEST_CASE("the example of the attribute text is what the described fabric is wri
   const FabricReader reader = test::need(FabricReader::open(folder / "example.exr"));
   const auto blocks = code_blocks(page("fabric.md"), "json");
   REQUIRE(blocks.size() == 1);
-  CHECK(json::parse(blocks[0]) == json::parse(reader.text()));
+  CHECK(json::parse(blocks[0]) == json::parse(reader.header_text()));
 }
 
 TEST_CASE("digests are made of the bytes that the page states") {
@@ -131,8 +131,8 @@ TEST_CASE("the stated limits agree with the code") {
   CHECK(limits.curves == 1 << 16);
   CHECK(limits.nodes == 1 << 20);
   CHECK(limits.stations == 1 << 18);
-  CHECK(limits.fields == 64);
-  CHECK(limits.values == 256);
+  CHECK(limits.values_per_curve == 64);
+  CHECK(limits.values_per_station == 256);
   for (const char* row :
        {"| texels along a side | 4,096 |", "| views, lights: `columns` x `rows` | 4,096 |",
         "| channels in a part | 32,768 |", "| pixels in a part | 2^30 |", "| all headers | 2^24 bytes |",

@@ -25,7 +25,7 @@ TEST_CASE("an estimated accuracy is near the true one, and at least what was ask
   const Camera camera = test::camera_for(ball.scene, ball.options);
   RenderOptions best = ball.options;
   best.supersample = 8;
-  best.cells.samples = image_samples(8);
+  best.cells.samples_per_pixel_side = image_samples(8);
   const Image truth =
       to_display_image(test::render_or_fail(ball.scene, ball.fabrics, camera, best), default_display());
   const auto renderer = test::need(Renderer::create(ball.scene, ball.fabrics, ball.options));
@@ -76,7 +76,7 @@ TEST_CASE("a picture for a time is whole: magnified where the time is short, wit
   const Camera camera = test::camera_for(ball.scene, ball.options);
   RenderOptions best = ball.options;
   best.supersample = 8;
-  best.cells.samples = image_samples(8);
+  best.cells.samples_per_pixel_side = image_samples(8);
   const Frame truth = test::render_or_fail(ball.scene, ball.fabrics, camera, best);
   const auto renderer = test::need(Renderer::create(ball.scene, ball.fabrics, ball.options));
   struct Row {

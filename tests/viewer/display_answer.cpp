@@ -60,7 +60,7 @@ Shading shade_texel(const Fabric& fabric, int number, const Query& query, const 
   view.levels = {0, number, 0};
   view.size = texel_cell_size(fabric, {0, 0}, number);
   std::vector<Group> samples(level.texels(), Group{});
-  CellTexels(fabric).add(view, samples);
+  CellTexels(fabric).add_to_samples(view, samples);
   const auto& [red, green, blue, alpha] = samples[(level.height - 1 - texel.y) * level.width + texel.x];
   return {alpha > 0 ? V3f(red, green, blue) / alpha : V3f(0, 0, 0), alpha};
 }
@@ -85,7 +85,7 @@ Shading shade_yarn(const Fabric& fabric, const Query& query, const EnvironmentLi
     const bool hair = segments[hit->segment].hair_threshold > 0;
     if ((segments[i].hair_threshold > 0) == hair ? i < hit->segment : hair) ++piece;
   }
-  sum += test::shade_points(cell, cell.pieces(0), view, std::array{test::CellPoint{piece, hit->from_start}})
+  sum += test::shade_points(cell, cell.pieces(0), view, std::array{test::CellPoint{piece, hit->start_offset}})
              .front();
   return {sum * yarns.variation_factor(*query.uv, segments[hit->segment].curve), 1};
 }

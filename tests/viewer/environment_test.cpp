@@ -117,7 +117,7 @@ Fabric product_fabric() {
       const auto part = static_cast<float>(i) / static_cast<float>(level.texels());
       products.values.insert(products.values.end(), {0.5F + part, 1 - part, part});
     }
-    level.set(LayerKind::products, std::move(products));
+    level.set_layer(LayerKind::products, std::move(products));
     fabric.levels.push_back(std::move(level));
   }
   return fabric;
@@ -130,7 +130,7 @@ YarnData weave() {
   for (int yarn = 0; yarn < 4; ++yarn) {
     YarnCurve curve;
     curve.nodes = curve.stations = nodes;
-    curve.turns = yarn < 2 ? V2i(1, 0) : V2i(0, 1);
+    curve.repeat_offset = yarn < 2 ? V2i(1, 0) : V2i(0, 1);
     curve.radius = 0.6F;
     curve.albedo = yarn < 2 ? V3f(0.7F, 0.5F, 0.4F) : V3f(0.2F, 0.4F, 0.6F);
     curve.gloss = {0.1F, 0.5F};
@@ -143,7 +143,7 @@ YarnData weave() {
       data.nodes.push_back(yarn < 2 ? V3f(along, side, z) : V3f(side, along, z));
     }
   }
-  data.light.assign(std::size_t{4} * nodes * light_values_per_station, 0.0F);
+  data.station_light.assign(std::size_t{4} * nodes * light_values_per_station, 0.0F);
   return data;
 }
 
@@ -186,7 +186,7 @@ TEST_CASE("white core materials in even light cannot be seen, in an environment'
       const bool is_ambient = metallic == 0.5F;
       if (is_ambient) {
         setting.options.smooth_light.emplace().coefficients[0] = V3f(1);
-        setting.options.mirrored_ambient = std::numbers::pi_v<float>;
+        setting.options.mirrored_ambient_irradiance = std::numbers::pi_v<float>;
       } else {
         setting = placed_in(setting, even_light());
       }

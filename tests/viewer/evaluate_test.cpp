@@ -20,17 +20,17 @@ using test::random_product_fabric;
 Fabric without(Fabric fabric, std::initializer_list<LayerKind> kinds, float radiance_scale = 1) {
   fabric.radiance_scale = radiance_scale;
   for (FabricLevel& level : fabric.levels) {
-    for (const LayerKind kind : kinds) level.remove(kind);
+    for (const LayerKind kind : kinds) level.remove_layer(kind);
   }
   return fabric;
 }
 
 Fabric with_other_layers_by_level() {
   Fabric fabric = random_fabric(8, 8, {4, 4}, 2, 9);
-  fabric.levels[1].remove(LayerKind::table);
+  fabric.levels[1].remove_layer(LayerKind::table);
   std::vector<float> lobes = fabric.levels[2][LayerKind::lobes].values;
   lobes.resize(fabric.levels[2].texels() * 15);
-  fabric.levels[2].set(LayerKind::lobes, {15, std::move(lobes)});
+  fabric.levels[2].set_layer(LayerKind::lobes, {15, std::move(lobes)});
   return fabric;
 }
 
@@ -46,7 +46,7 @@ Fabric positive_products() {
     level.bases = shared;
     std::vector<float> values(level.coefficients().begin(), level.coefficients().end());
     for (float& value : values) value = std::abs(value);
-    level.set(LayerKind::products, {static_cast<int>(level.pairs.size()), std::move(values)});
+    level.set_layer(LayerKind::products, {static_cast<int>(level.pairs.size()), std::move(values)});
   }
   return fabric;
 }
@@ -111,7 +111,7 @@ double worst_texel(const Case& example, double& brightest) {
       const V2i& size = view.size.repeat_samples;
       const std::size_t count = std::size_t{1} * size.x * size.y;
       std::vector<Group> samples(2 * count, Group{});
-      texels.add(view, samples);
+      texels.add_to_samples(view, samples);
       for (std::size_t i = 0; i < count; ++i) {
         const auto by_reference = [&](const V3f& l) {
           return evaluate(example.fabric, view.levels.finer_level, static_cast<int>(i) % size.x,

@@ -200,7 +200,7 @@ TEST_CASE(
     }
     Case& tight = cases.emplace_back(Case{"4 MiB", facing_square(fabric, 40)});
     tight.extreme.options.width = tight.extreme.options.height = 800;
-    tight.extreme.options.cells.memory = std::size_t{4} << 20;
+    tight.extreme.options.cells.memory_bytes = std::size_t{4} << 20;
     extreme.scene = {};
     test::add(extreme.scene, test::sphere(64, 32, V2d(12, 6)), test::material(0));
     extreme.camera.projection = Projection::perspective;
@@ -220,7 +220,7 @@ TEST_CASE(
       CHECK(drawn(one.extreme, path).pixels == alone.pixels);
       CHECK(covered(alone) > 0);
       CHECK(stats.peak_image_bytes > 0);
-      CHECK(stats.peak_image_bytes <= static_cast<std::int64_t>(one.extreme.options.cells.memory));
+      CHECK(stats.peak_image_bytes <= static_cast<std::int64_t>(one.extreme.options.cells.memory_bytes));
     }
     set_thread_limit(0);
   }

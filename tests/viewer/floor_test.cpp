@@ -15,7 +15,7 @@ TEST_CASE("a floor is as dark under a plate as the plate's form factor says, and
                     {0.99F, 0.0F, 0.99F}, {1, 0.0F, 0.99F}, {1, 0, 1}};
   for (const auto& corners : {std::array{0U, 1U, 2U}, std::array{0U, 2U, 3U}, std::array{4U, 5U, 6U}})
     mesh.triangles.push_back({corners});
-  const Floor floor = floor_under(mesh);
+  const Floor floor = find_floor(mesh);
   CHECK(floor.height == 0);
   CHECK(floor.width == 4);
   const double x = 1 / 0.5;
@@ -42,5 +42,5 @@ TEST_CASE("a floor is as dark under a plate as the plate's form factor says, and
   Frame below{3, 3, std::vector<V4f>(9, V4f(0))};
   add_floor(floor, camera, V3d(0, 0, 0), below);
   CHECK(below.pixels[4].w == 0);
-  CHECK(floor_under({}).hidden_fraction.empty());
+  CHECK(find_floor({}).hidden_fraction.empty());
 }

@@ -60,7 +60,7 @@ TEST_CASE("a mask that grows along u cuts a square along a straight line, from i
       kept.mask_cutoff = 0.25F;
       const Frame cut = test::drawn(setting, path);
       const Camera camera = test::camera_of(setting);
-      const ViewRays rays = view_rays(camera, cut.width, cut.height);
+      const ViewDirections rays = view_directions(camera, cut.width, cut.height);
       int kept_pixels = 0;
       int gone = 0;
       for (int i = 0; i < cut.width * cut.height; ++i) {
@@ -68,7 +68,7 @@ TEST_CASE("a mask that grows along u cuts a square along a straight line, from i
         const V2f at(static_cast<float>(i % cut.width) - 0.5F * static_cast<float>(cut.width - 1),
                      0.5F * static_cast<float>(cut.height - 1) - static_cast<float>(i / cut.width));
         // From the eye to the viewed point is against the ray, which points towards the viewer.
-        const V3d ray = V3d(rays.base + rays.step_right * at.x + rays.step_up * at.y);
+        const V3d ray = V3d(rays.centre_direction + rays.step_right * at.x + rays.step_up * at.y);
         const V3d point = camera.position - ray * (camera.position.z / ray.z);
         const double past = (point.x + 1) / 2 - 0.5 / 51 - 0.25;
         if (std::abs(past) < 1e-4) continue;

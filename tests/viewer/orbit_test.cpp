@@ -132,7 +132,7 @@ TEST_CASE("lights told in other axes are the same lights") {
   switch_light_frame(other);
   for (ShowState* each : {&state, &other}) {
     const ShowInput drag{ShowInput::Grip::light, V2d(0.1, 0.2), 0, V2d(0, 0)};
-    CHECK(apply(drag, aspect, 7, *each) == Change::frame);
+    CHECK(apply(drag, aspect, 7, *each) == Redraw::frame);
   }
   CHECK((lights_in_world(state, camera)[0].direction - lights_in_world(other, camera)[0].direction).length() <
         1e-12);
@@ -160,10 +160,11 @@ TEST_CASE("a light that stands in the scene is not turned, and knows no axes of 
 
 TEST_CASE("a moving picture is as large as its time allows, and steady") {
   FramePace pace;
-  CHECK(pace.divisor() == 4);
+  CHECK(pace.size_divisor() == 4);
   const auto draw = [&](double full_seconds, int frames) {
-    for (int i = 0; i < frames; ++i) pace.add(full_seconds / (pace.divisor() * pace.divisor()), 0.05);
-    return pace.divisor();
+    for (int i = 0; i < frames; ++i)
+      pace.add_frame(full_seconds / (pace.size_divisor() * pace.size_divisor()), 0.05);
+    return pace.size_divisor();
   };
   CHECK(draw(0.01, 20) == 1);
   CHECK(draw(1, 1) == 1);  // a single slow frame

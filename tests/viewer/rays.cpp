@@ -164,18 +164,18 @@ V4f shade_yarn(const Garment& garment, const Fabric& fabric, const Meeting& m) {
   const V2d uv = displaced_place(yarns.variation(), m.uv);
   const auto hit = yarns.trace(uv, fabric.reference_height, v, width_across_view(slopes));
   if (!hit) return V4f(0);
-  const float z = yarns.geometry().segments[hit->segment].start.z + hit->from_start.z;
+  const float z = yarns.geometry().segments[hit->segment].start.z + hit->start_offset.z;
   const float below = fabric.reference_height - z;
   const float deepest = outline_depth(slopes, v, fabric.reference_height - yarns.geometry().min_z);
   if (below > deepest || (m.side < 0 && below < -deepest)) return V4f(0);
 
   YarnPoint point = yarns.point_at(*hit);
-  yarns.add_strands(point, v);
+  yarns.perturb_by_strands(point, v);
   const float factor = yarns.variation_factor(uv, point.curve);
   V3f sum(0);
   for_each_light(garment, m, [&](const V3f& l, const V3f& irradiance, float fraction) {
     const bool through = l.z < 0;
-    if (through && yarns.data().through.empty()) return;
+    if (through && yarns.data().light_through.empty()) return;
     V3f f = indirect_light(yarns.transfer_at(point, through), through ? mirrored(l) : l) * point.brightness;
     if (!through) f *= yarns.lustre_view_factor(point, v);
     const V3f lit = through ? V3f(0) : yarns.direct_reflectance(point, l, v);
@@ -321,7 +321,7 @@ Frame march(const Scene& scene, std::span<const Fabric> fabrics, const Camera& c
     std::vector<std::uint32_t> numbers(rays.x * std::min(Raster::strip_rows, rays.y - first));
     std::iota(numbers.begin(), numbers.end(), static_cast<std::uint32_t>(first * rays.x));
     std::vector<DeepHit> hits;
-    for (const Raster& side : sides) side.find(strip, numbers, hits);
+    for (const Raster& side : sides) side.find_hits(strip, numbers, hits);
     std::ranges::sort(hits, {}, [](const DeepHit& hit) { return std::pair(hit.pixel, hit.depth); });
     PixelTexels texels;
     std::uint32_t pixel = ~0U;

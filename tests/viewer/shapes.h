@@ -47,10 +47,10 @@ inline Fabric random_fabric(int width, int height, std::uint64_t seed) {
         lobes.values.insert(lobes.values.end(),
                             {number(-1, 0.2), number(-1, 0.2), number(0.4, 1), number(1, 8)});
     }
-    level.set(LayerKind::lobes, std::move(lobes));
-    level.add(LayerKind::frame, 6);
-    level.add(LayerKind::table, 3 * fabric.views.count());
-    level.add(LayerKind::opacity, fabric.views.count());
+    level.set_layer(LayerKind::lobes, std::move(lobes));
+    level.add_layer(LayerKind::frame, 6);
+    level.add_layer(LayerKind::table, 3 * fabric.views.count());
+    level.add_layer(LayerKind::opacity, fabric.views.count());
     for (std::size_t i = 0; i < texels; ++i) {
       const V3f normal = V3f(number(-0.3, 0.3), number(-0.3, 0.3), 1).normalized();
       level.frame()[i] = {normal, tangent_of(normal)};
@@ -67,7 +67,7 @@ inline Fabric random_fabric(int width, int height, std::uint64_t seed) {
 /// Lambertian: f = albedo / pi * cosine, opacity the same everywhere.
 inline Fabric lambert_fabric(int size, const V3f& albedo, float opacity = 1) {
   Fabric fabric = lambert_fabric(size, size, albedo);
-  for (FabricLevel& level : fabric.levels) level.add(LayerKind::opacity, 1, opacity);
+  for (FabricLevel& level : fabric.levels) level.add_layer(LayerKind::opacity, 1, opacity);
   return fabric;
 }
 

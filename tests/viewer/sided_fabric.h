@@ -11,9 +11,9 @@ Fabric sided_fabric(const Make& make) {
   Fabric fabric = make(0);
   if (const auto yarns = fabric.levels.front().yarns()) {
     YarnData data = yarns->data();
-    data.through = data.light;
-    for (std::size_t i = 0; i < data.through.size(); ++i)
-      data.through[i] = 0.02F * static_cast<float>(i % 7) - 0.01F;
+    data.light_through = data.station_light;
+    for (std::size_t i = 0; i < data.light_through.size(); ++i)
+      data.light_through[i] = 0.02F * static_cast<float>(i % 7) - 0.01F;
     fabric.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(data), fabric.period_mm));
   }
   for (const Side side : other_sides) {

@@ -290,7 +290,7 @@ void CellPass::slope_vertices() {
     const V3f normal = mesh.normal(vertex);
     const V3f tangent = (mesh.tangent(vertex) - normal * normal.dot(mesh.tangent(vertex))).normalized();
     const float facing = normal.dot(view);
-    const float rise = std::max(std::abs(facing), min_rise);
+    const float rise = std::max(std::abs(facing), min_ray_rise);
     slopes_[i] = {tangent.dot(view) / rise, normal.cross(tangent).dot(view) / rise, facing};
   });
 }
@@ -419,8 +419,10 @@ V2f CellPass::place_at(std::uint32_t triangle, const V2f& pixel) const {
 
 std::uint32_t CellPass::patch_at(std::uint32_t triangle, const V2f& place) const {
   const Patches& patches = store_.patches();
-  const auto unit = [&](float x) { return patches.unit(static_cast<int>(std::floor(x)), x - std::floor(x)); };
-  return patches.at(patches.place(triangle), unit(place.x), unit(place.y));
+  const auto unit = [&](float x) {
+    return patches.unit_at(static_cast<int>(std::floor(x)), x - std::floor(x));
+  };
+  return patches.patch_at(patches.place(triangle), unit(place.x), unit(place.y));
 }
 
 /// A patch that only shows through holes may be coarser, and shares the image of a larger one; if memory is
@@ -451,7 +453,7 @@ void CellPass::render(bool behind) {
     collect(behind, answer.coarsening);
     answer = store_.make({needs_, behind, answer.coarsening});
   }
-  for (const auto& [patch, other] : shared_) store_.alias(patch, other);
+  for (const auto& [patch, other] : shared_) store_.share_look(patch, other);
   std::ranges::fill(seen_, 0);
   std::ranges::fill(seen_patches_, 0);
   if (has_parts_) std::ranges::fill(seen_parts_, 0);
@@ -466,7 +468,7 @@ void CellPass::collect(bool behind, int coarsening) {
   const Patches& patches = store_.patches();
   const auto is_looked_up = [&](PatchSide patch) { return !has_parts_ || seen_parts_[patch] != 0; };
   for_each_set(seen_, [&](std::uint32_t i) {
-    patches.for_all(patches.place(i), extents_[i], [&](std::uint32_t patch) {
+    patches.for_each_patch(patches.place(i), extents_[i], [&](std::uint32_t patch) {
       for (std::uint32_t side = 0; side < 2; ++side) {
         if ((seen_[i] >> side & 1) == 0 || !is_looked_up(2 * patch + side)) continue;
         PatchNeed& patch_need = request(2 * patch + side, behind, coarsening);
@@ -484,7 +486,7 @@ void CellPass::collect(bool behind, int coarsening) {
   for (std::size_t k = 0, count = needs_.size(); k < count; ++k) {
     const PatchNeed need = needs_[k];
     if (!store_.needs_neighbours(need.patch)) continue;
-    store_.patches().for_neighbours(need.patch / 2, [&](std::uint32_t other) {
+    store_.patches().for_each_neighbour(need.patch / 2, [&](std::uint32_t other) {
       if (!is_looked_up(2 * other + need.patch % 2)) return;
       PatchNeed& patch_need = request(2 * other + need.patch % 2, behind, coarsening);
       patch_need.lit |= need.lit;

@@ -200,8 +200,9 @@ void CellStore::begin(const CellFrame& frame) {
   has_windows_ = frame.crops_to_parts;
   may_be_late_ = frame.may_show_parents;
   // Samples, texels of shadows and detail are of a pixel of the picture.
-  const float fraction = levels_.footprint / static_cast<float>(frame.supersample);
-  for (float* per_pixel : {&options_.samples, &options_.shadow_texels_per_pixel, &options_.detail})
+  const float fraction = levels_.footprint_pixels / static_cast<float>(frame.supersample);
+  for (float* per_pixel :
+       {&options_.samples_per_pixel_side, &options_.shadow_texels_per_pixel, &options_.rays_per_pixel_side})
     *per_pixel *= fraction;
   lights_ = frame.lights;
   lights_.origin = origin_;
@@ -212,11 +213,11 @@ void CellStore::begin(const CellFrame& frame) {
   for (Cloth& cloth : *cloths_) {
     for (ClothSide* side : {cloth.front.get(), cloth.back.get()}) {
       if (side == nullptr || !side->yarn) continue;
-      side->shadows->set_memory(options_.memory / 8 / cloths_->size());
+      side->shadows->set_memory(options_.memory_bytes / 8 / cloths_->size());
       // Light of lamps alone needs none.
       if (lights_.smooth_light == nullptr || !side->sky.empty()) continue;
       side->sky = sky_transfer(side->yarn->yarns());
-      side->yarn->set_sky(side->sky);
+      side->yarn->set_sky_transfer(side->sky);
     }
   }
   patches_.choose(frame.camera, origin_, frame.size, options_.patches, lights_.lights);
@@ -245,7 +246,7 @@ RepeatParts parts_of(const ShownPatch& shown, int units_per_repeat) {
 
 /// Levels and size of an image for pixels that are so much larger.
 void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
-  const V2f shown = wanted.pixel_width_texels * levels_.footprint;
+  const V2f shown = wanted.pixel_width_texels * levels_.footprint_pixels;
   CellLevels& levels = wanted.view.levels = shown_levels(*wanted.fabric, shown, levels_.forced_level);
   if (levels.yarn_weight > 0) {
     wanted.view.size = cell_size(shown * larger, samples);
@@ -282,12 +283,12 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
 
   const V3f to_viewer = camera_->projection == Projection::parallel
                             ? V3f(camera_->to_viewer)
-                            : V3f((camera_->position - origin_ - V3d(patch.centre)).normalized());
-  const V3f own_normal = patch.normal.length() > 0 ? patch.normal.normalized() * side : to_viewer;
+                            : V3f((camera_->position - origin_ - V3d(patch.mean_position)).normalized());
+  const V3f own_normal = patch.mean_normal.length() > 0 ? patch.mean_normal.normalized() * side : to_viewer;
   V3f normal = own_normal;
   if (const float facing = normal.dot(to_viewer); facing < min_facing_patch)
     normal = (normal + to_viewer * (min_facing_patch - facing)).normalized();
-  V3f tangent = patch.tangent - normal * normal.dot(patch.tangent);
+  V3f tangent = patch.mean_tangent - normal * normal.dot(patch.mean_tangent);
   if (!(tangent.length2() > 1e-12F)) {
     const V3f axis = std::abs(normal.x) < 0.9F ? V3f(1, 0, 0) : V3f(0, 1, 0);
     tangent = axis - normal * normal.dot(axis);
@@ -304,7 +305,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
     const Light& light = lights_.lights[i];
     const std::uint32_t bit = i < 32 ? 1U << i : 0;
     if ((off & bit) != 0) continue;
-    const auto& [direction, irradiance] = illumination_at(light, origin_ + V3d(patch.centre));
+    const auto& [direction, irradiance] = illumination_at(light, origin_ + V3d(patch.mean_position));
     if ((result.plane_lights & bit) == 0) result.lit |= bit;
     const int plane =
         (result.plane_lights & bit) != 0 ? 1 + std::popcount(result.plane_lights & (bit - 1)) : 0;
@@ -329,15 +330,16 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   }
   if (around != nullptr) result.view.environment = turned(*around, tangent, up, normal);
   result.brightness =
-      lights_.brightness(own_normal, patch.centre, around, (*cloths_)[fabric].transmitted_fraction) + lifted;
-  result.view.has_hairs = !behind || options_.hairs_behind;
+      lights_.brightness(own_normal, patch.mean_position, around, (*cloths_)[fabric].transmitted_fraction) +
+      lifted;
+  result.view.has_hairs = !behind || options_.has_hairs_behind;
   result.view.hair_shadows = options_.hair_shadows;
   result.view.shadow_texels_per_pixel = options_.shadow_texels_per_pixel;
-  result.view.rays_per_pixel = options_.detail;
+  result.view.rays_per_pixel_side = options_.rays_per_pixel_side;
   result.view.max_piece_pixels = options_.max_piece_pixels;
   set_size(result, samples, 1);
   const V2i& count = result.view.size.repeat_samples;
-  result.view.shading_block = count.x * count.y > many_samples ? options_.shading_block : 1;
+  result.view.shading_block_size = count.x * count.y > many_samples ? options_.shading_block_size : 1;
   return result;
 }
 
@@ -402,7 +404,7 @@ double CellStore::bytes_of(std::span<const PatchNeed> needs) const {
   for (const PatchNeed& need : needs) {
     Wanted one;
     set_pixel(one, need.patch);
-    set_size(one, options_.samples, 1);
+    set_size(one, options_.samples_per_pixel_side, 1);
     bytes += image_bytes(one.view);
   }
   return bytes;
@@ -411,7 +413,7 @@ double CellStore::bytes_of(std::span<const PatchNeed> needs) const {
 /// Bounds the bytes of a call's images, whose sizes it sets. Returns by how much their pixels are larger;
 /// none: even the coarsest do not fit.
 std::optional<float> CellStore::budget(std::span<Work> all, float samples, const CellRequest& request) {
-  const auto most = static_cast<double>(options_.memory);
+  const auto most = static_cast<double>(options_.memory_bytes);
   double full = 0;
   for (const Work& work : all) full += image_bytes(work.wanted.view);
   for (const Work& work : all) {
@@ -581,17 +583,17 @@ CellLook& CellStore::own_look(PatchSide patch) {
   return looks_[look_numbers_[patch]];
 }
 
-void CellStore::alias(PatchSide patch, PatchSide other) {
+void CellStore::share_look(PatchSide patch, PatchSide other) {
   const CellLook look = this->look(other);
   own_look(patch) = look;
   aliases_.push_back(patch);
 }
 
 CellAnswer CellStore::make(const CellRequest& request) {
-  if (request.budget_bytes > 0) options_.memory = static_cast<std::size_t>(request.budget_bytes);
+  if (request.budget_bytes > 0) options_.memory_bytes = static_cast<std::size_t>(request.budget_bytes);
   for (const PatchSide patch : aliases_) own_look(patch) = {};
   aliases_.clear();
-  float samples = options_.samples;
+  float samples = options_.samples_per_pixel_side;
   std::vector<Work> all(request.needs.size());
   parallel_each(all.size(), needs_per_task, [&](std::size_t i) {
     all[i].patch = request.needs[i].patch;
@@ -629,7 +631,7 @@ std::shared_ptr<CellStore::Kept> CellStore::related_image(PatchSide patch, const
 /// Forgets images of earlier calls, the oldest first, until the others leave this number of bytes free.
 void CellStore::trim(double coming) {
   const auto fits = [&] {
-    return static_cast<double>(bytes_) + coming <= static_cast<double>(options_.memory);
+    return static_cast<double>(bytes_) + coming <= static_cast<double>(options_.memory_bytes);
   };
   if (fits()) return;
   std::stable_sort(alive_.begin(), alive_.end(),

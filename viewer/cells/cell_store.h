@@ -60,7 +60,7 @@ struct CellRequest {
   std::span<const PatchNeed> needs;
   bool seen_through_holes = false;  ///< only holes of other surfaces show them
   int coarsening = 0;               ///< levels by which parents are needed in place of patches
-  double budget_bytes = 0;          ///< of images; 0: CellImageOptions::memory
+  double budget_bytes = 0;          ///< of images; 0: CellImageOptions::memory_bytes
   double frame_need_bytes = 0;      ///< CellStore::bytes_of() the frame's needs, if these are some of them
 };
 
@@ -134,7 +134,7 @@ class CellStore {
   /// Where a patch is looked up in place of `place`: variation moves it.
   RepeatPlace lookup_place(PatchSide patch, const RepeatPlace& place) const;
   /// Lets a patch look like another one until the next call of make().
-  void alias(PatchSide patch, PatchSide other);
+  void share_look(PatchSide patch, PatchSide other);
 
  private:
   struct Kept;

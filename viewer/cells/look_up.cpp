@@ -263,7 +263,8 @@ const CellLook* CellPass::look_at(TriangleSide surface, std::int32_t repeat_u, s
   const Patches::Place& place = planes_[surface / 2].place;
   if (place.chart < 0) return &empty_look;
   const Patches& patches = store_.patches();
-  const std::uint32_t patch = patches.at(place, patches.unit(repeat_u, u), patches.unit(repeat_v, v));
+  const std::uint32_t patch =
+      patches.patch_at(place, patches.unit_at(repeat_u, u), patches.unit_at(repeat_v, v));
   const CellLook& look = store_.look(2 * patch + surface % 2);
   return look.texels != nullptr ? &look : &empty_look;
 }

@@ -40,11 +40,11 @@ V2i level_size(const Patches::Chart& chart, std::size_t level) {
 
 void add(const Patch& part, Patch& sum) {
   if (!(part.area > 0)) return;
-  sum.normal += part.normal;
-  sum.tangent += part.tangent;
-  sum.along_u += part.along_u;
-  sum.along_v += part.along_v;
-  sum.centre += part.centre;
+  sum.mean_normal += part.mean_normal;
+  sum.mean_tangent += part.mean_tangent;
+  sum.mean_dp_du += part.mean_dp_du;
+  sum.mean_dp_dv += part.mean_dp_dv;
+  sum.mean_position += part.mean_position;
   sum.area += part.area;
   sum.handedness += part.handedness;
   sum.any_triangle = part.any_triangle;
@@ -52,7 +52,7 @@ void add(const Patch& part, Patch& sum) {
 
 /// Cosine of the farthest turn of a patch's normals, as if they filled a cap: the mean of unit vectors of a
 /// cap of cosine c is (1 + c) / 2 long.
-float turn_cosine(const Patch& patch) { return 2 * patch.normal.length() - 1; }
+float turn_cosine(const Patch& patch) { return 2 * patch.mean_normal.length() - 1; }
 
 }  // namespace
 
@@ -70,8 +70,8 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
       if (materials[t.surface].fabric < 0 || t.has_degenerate_uvs != degenerate_uvs) continue;
       if (degenerate_uvs && (is_charted[a] | is_charted[b] | is_charted[c]) != 0) continue;
       is_counted_[i] = 1;
-      components.join(static_cast<int>(a), static_cast<int>(b));
-      components.join(static_cast<int>(b), static_cast<int>(c));
+      components.unite(static_cast<int>(a), static_cast<int>(b));
+      components.unite(static_cast<int>(b), static_cast<int>(c));
       joined.insert(joined.end(), {a, b, c});
     }
     for (const std::uint32_t vertex : joined) is_charted[vertex] = degenerate_uvs ? 0 : 1;
@@ -194,8 +194,8 @@ void Patches::add_triangle(const MergedSurfaces& mesh, std::uint32_t number) {
   sample.area = weight;
   sample.handedness = t.handedness * weight;
   // Change of place for a repeat, by the inverse of the matrix (one, two).
-  sample.along_u = (has_scale ? (e1 * two.y - e2 * one.y) / det : V3f(0, 0, 0)) * weight;
-  sample.along_v = (has_scale ? (e2 * one.x - e1 * two.x) / det : V3f(0, 0, 0)) * weight;
+  sample.mean_dp_du = (has_scale ? (e1 * two.y - e2 * one.y) / det : V3f(0, 0, 0)) * weight;
+  sample.mean_dp_dv = (has_scale ? (e2 * one.x - e1 * two.x) / det : V3f(0, 0, 0)) * weight;
   for (int a = 0; a < parts; ++a) {
     for (int b = 0; b < 2 * (parts - a) - 1; ++b) {
       // Centroids of the parts, upright and turned over.
@@ -209,11 +209,11 @@ void Patches::add_triangle(const MergedSurfaces& mesh, std::uint32_t number) {
       const V2f at = mean(uv);
       const auto unit_of = [&](float c) {
         const float repeat = std::floor(c);
-        return unit(static_cast<int>(std::clamp(repeat, -1e8F, 1e8F)), c - repeat);
+        return unit_at(static_cast<int>(std::clamp(repeat, -1e8F, 1e8F)), c - repeat);
       };
-      sample.normal = mean(n).normalized() * weight;
-      sample.tangent = mean(tangent) * weight;
-      sample.centre = mean(p) * weight;
+      sample.mean_normal = mean(n).normalized() * weight;
+      sample.mean_tangent = mean(tangent) * weight;
+      sample.mean_position = mean(p) * weight;
       add(sample, patches_[chart.level_starts[0] +
                            cell(place.v, unit_of(at.y), chart.size_in_patches.y) * chart.size_in_patches.x +
                            cell(place.u, unit_of(at.x), chart.size_in_patches.x)]);
@@ -253,7 +253,8 @@ void Patches::add_up(const MergedSurfaces& mesh) {
   for (Patch& patch : patches_) {
     if (!(patch.area > 0)) continue;
     const float scale = 1 / patch.area;
-    for (V3f* mean : {&patch.normal, &patch.tangent, &patch.along_u, &patch.along_v, &patch.centre})
+    for (V3f* mean : {&patch.mean_normal, &patch.mean_tangent, &patch.mean_dp_du, &patch.mean_dp_dv,
+                      &patch.mean_position})
       *mean *= scale;
   }
 }
@@ -286,12 +287,12 @@ struct Patches::View {
   float offset(const Patch& patch, const Projected& seen, float relief) const;
   V3f towards(const Light& light, const Patch& patch) const {
     return light.kind == LightKind::directional ? V3f(light.direction)
-                                                : V3f(light.position - origin - V3d(patch.centre));
+                                                : V3f(light.position - origin - V3d(patch.mean_position));
   }
   /// Whether normals of a patch, which turn so far, face a light and face away from it.
   bool turns_away(const Patch& patch, float spread) const {
     return std::any_of(lights.begin(), lights.end(), [&](const Light& light) {
-      return std::abs(patch.normal.dot(towards(light, patch).normalized())) < spread;
+      return std::abs(patch.mean_normal.dot(towards(light, patch).normalized())) < spread;
     });
   }
   /// Whether a patch, which reaches so far, m, is near to a point light or a spot.
@@ -306,17 +307,17 @@ struct Patches::View {
 Patches::Projected Patches::View::project(const Patch& patch, float repeats) const {
   Projected seen;
   seen.repeats = repeats;
-  const V3f away = patch.centre - position;
-  const bool has_scale = patch.along_u.length2() > 0;
+  const V3f away = patch.mean_position - position;
+  const bool has_scale = patch.mean_dp_du.length2() > 0;
   seen.radius =
-      has_scale ? repeats * (patch.along_u.length() + patch.along_v.length()) : std::sqrt(patch.area);
+      has_scale ? repeats * (patch.mean_dp_du.length() + patch.mean_dp_dv.length()) : std::sqrt(patch.area);
   V3f to_viewer = back;
   if (!parallel) {
     seen.depth = std::max(-away.dot(back), 0.05F * seen.radius);
     const float distance = away.length();
     if (distance > 0) to_viewer = away * (-1 / distance);
   }
-  seen.facing = std::abs(patch.normal.dot(to_viewer));
+  seen.facing = std::abs(patch.mean_normal.dot(to_viewer));
   const float pixels = scale / seen.depth;  // of a metre
   const V2f middle = V2f(away.dot(right), away.dot(up)) * pixels - centre;
   const float reach = seen.radius * pixels;
@@ -331,8 +332,8 @@ Patches::Projected Patches::View::project(const Patch& patch, float repeats) con
     const V3f moved = across * step.dot(right.cross(up));
     return (flat - V2f(moved.dot(right), moved.dot(up))) * pixels;
   };
-  const V2f a = on_screen(patch.along_u);
-  const V2f b = on_screen(patch.along_v);
+  const V2f a = on_screen(patch.mean_dp_du);
+  const V2f b = on_screen(patch.mean_dp_dv);
   const float det = std::max(std::abs(a.x * b.y - a.y * b.x), 0.02F * (a.length2() + b.length2()) + 1e-20F);
   if (has_scale) seen.pixel_width_texels = V2f(b.length() / det, a.length() / det);
   seen.pixels_of_repeat = std::max(a.length(), b.length());
@@ -346,12 +347,12 @@ bool Patches::View::splits(const Patch& patch, const Projected& seen) const {
   constexpr auto radians = static_cast<float>(radians_per_degree);
   const float cosine = turn_cosine(patch);
   const float spread = std::sqrt(std::max(0.0F, 1 - cosine * cosine));
-  const float degrees =
-      std::min(limits.turn_degree_pixels / std::max(seen.pixels_of_repeat, 1e-3F), limits.turn_degrees);
+  const float degrees = std::min(limits.max_turn_degree_pixels / std::max(seen.pixels_of_repeat, 1e-3F),
+                                 limits.max_turn_degrees);
   return cosine < std::cos(degrees * radians) ||
-         (!parallel && 0.5F * seen.radius > limits.turn_degrees * radians * seen.depth) ||
-         seen.longest > limits.pixels || seen.repeats > limits.repeats ||
-         (seen.longest > limits.outline_pixels && (seen.facing < spread || turns_away(patch, spread)));
+         (!parallel && 0.5F * seen.radius > limits.max_turn_degrees * radians * seen.depth) ||
+         seen.longest > limits.max_side_pixels || seen.repeats > limits.max_side_repeats ||
+         (seen.longest > limits.max_outline_pixels && (seen.facing < spread || turns_away(patch, spread)));
 }
 
 /// Pixels between yarn at the border of a patch and its place: half the angles by which rays and normals turn
@@ -400,9 +401,10 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     shown = {seen.pixel_width_texels, seen.in_frame, at * (1 << level), 1 << level, 0};
     if (level > 0 && repeats <= 1) shown.offset = view.offset(patch, seen, chart.relief);
     if (level > 0 && seen.in_frame)
-      splits = (seen.longest > 1 && view.is_near_light(patch, seen.radius / 2)) ||
-               (repeats > 1 ? view.splits(patch, seen)
-                            : shown.offset > view.limits.offset_pixels && seen.longest > min_split_pixels);
+      splits =
+          (seen.longest > 1 && view.is_near_light(patch, seen.radius / 2)) ||
+          (repeats > 1 ? view.splits(patch, seen)
+                       : shown.offset > view.limits.max_offset_pixels && seen.longest > min_split_pixels);
   }
   if (splits) {
     const V2i finer = level_size(chart, level - 1);

@@ -23,11 +23,11 @@ namespace selvedge {
 
 /// Means over the surface of a patch; m, relative to the mesh's origin.
 struct Patch {
-  V3f normal{0, 0, 0};  ///< of unit normals: its length shows how much they turn
-  V3f tangent{0, 0, 0};
-  V3f along_u{0, 0, 0};  ///< change of place for a repeat
-  V3f along_v{0, 0, 0};
-  V3f centre{0, 0, 0};
+  V3f mean_normal{0, 0, 0};  ///< of unit normals: its length shows how much they turn
+  V3f mean_tangent{0, 0, 0};
+  V3f mean_dp_du{0, 0, 0};  ///< change of place for a repeat
+  V3f mean_dp_dv{0, 0, 0};
+  V3f mean_position{0, 0, 0};
   float area = 0;                  ///< m^2; 0: no surface
   float handedness = 0;            ///< sum over the area
   std::uint32_t any_triangle = 0;  ///< one of its triangles
@@ -95,7 +95,7 @@ class Patches {
   /// Numbers of the chosen patches at the smallest patches of all charts.
   std::span<const std::uint32_t> table() const { return table_; }
   /// Smallest patches along a repeat; below 1: their sides are longer.
-  float smallest_patches_per_repeat() const { return std::exp2(static_cast<float>(-first_level_)); }
+  float finest_patches_per_repeat() const { return std::exp2(static_cast<float>(-first_level_)); }
 
   /// Chooses the patches of a frame.
   void choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits,
@@ -105,12 +105,12 @@ class Patches {
   /// Units are parts of repeats along either side, or whole ones.
   int units_per_repeat() const { return 1 << std::max(-first_level_, 0); }
   /// The unit, counted from a place's, at a place within a repeat.
-  int unit(int repeat, float within) const {
+  int unit_at(int repeat, float within) const {
     const int units = units_per_repeat();
     return repeat * units + std::min(static_cast<int>(within * static_cast<float>(units)), units - 1);
   }
   /// The chosen patch at a unit; any of the chart beyond its border.
-  std::uint32_t at(const Place& place, int u, int v) const {
+  std::uint32_t patch_at(const Place& place, int u, int v) const {
     const Chart& chart = charts_[place.chart];
     return table_[chart.first_table_entry +
                   cell(place.v, v, chart.size_in_patches.y) * chart.size_in_patches.x +
@@ -118,7 +118,7 @@ class Patches {
   }
 
   /// Calls body(patch) for the chosen patches around one that is part of a repeat, itself included.
-  void for_neighbours(std::uint32_t i, const auto& body) const {
+  void for_each_neighbour(std::uint32_t i, const auto& body) const {
     const Chart& chart = charts_[places_[patches_[i].any_triangle].chart];
     const ShownPatch& shown = shown_[i];
     for (int v = std::max(shown.first_unit.y - 1, 0);
@@ -129,7 +129,7 @@ class Patches {
   }
 
   /// Calls body(patch) for the chosen patches of an extent, some of them several times.
-  void for_all(const Place& place, const Extent& extent, const auto& body) const {
+  void for_each_patch(const Place& place, const Extent& extent, const auto& body) const {
     const Chart& chart = charts_[place.chart];
     const std::size_t last_u = cell(place.u, extent.max_u_offset, chart.size_in_patches.x);
     const std::size_t last_v = cell(place.v, extent.max_v_offset, chart.size_in_patches.y);

@@ -84,7 +84,7 @@ SELVEDGE_INLINE void place_lanes(const Variation& variation, const LaneFloats& f
       const RowNoise& runs = variation.row_offsets[axis];
       const RunLanes<N> at = run_lanes<N>(runs, axis, pixels, first);
       const std::uint32_t key =
-          variation_key(variation.seed, first_offset_lattice + static_cast<std::uint32_t>(axis));
+          variation_key(variation.seed, first_row_offset_lattice + static_cast<std::uint32_t>(axis));
       way[axis] =
           Wide::load(&fraction[first]) * Wide(runs.amplitude) * lattice_noise<N>(key, at.row, at.length);
     }

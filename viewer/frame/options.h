@@ -40,53 +40,53 @@ struct FrameSize {
 /// split.
 struct PatchLimits {
   /// Pixels along the longest side, of more than one repeat: pixels of an image are of one size.
-  float pixels = 256;
+  float max_side_pixels = 256;
   /// Repeats along a side, at least 1: what varies over more of them has one image.
-  float repeats = 32;
+  float max_side_repeats = 32;
   /// Degrees that normals turn from their mean, times the pixels of a repeat, of more than one repeat: yarn
   /// of height h repeats is seen h * turn * pixels off its place.
-  float turn_degree_pixels = 80;
+  float max_turn_degree_pixels = 80;
   /// Degrees that normals turn and rays differ in any case, of more than one repeat: highlights go with them.
-  float turn_degrees = 2;
+  float max_turn_degrees = 2;
   /// Pixels along the longest side of a patch whose normals turn out of sight or away from a light: their
   /// mean is neither.
-  float outline_pixels = 4;
+  float max_outline_pixels = 4;
   /// Pixels between yarn at the border of a patch of at most one repeat and its place:
   /// Patches::View::offset().
-  float offset_pixels = 0.5F;
+  float max_offset_pixels = 0.5F;
 };
 
 /// How cell images are made and kept (viewer/cells). The defaults are for pictures at rest.
 struct CellImageOptions {
-  float samples = 4;  ///< of an image along a pixel's side
+  float samples_per_pixel_side = 4;  ///< of an image along a pixel's side
   PatchLimits patches;
-  bool hairs_behind = true;  ///< also on what only shows behind other surfaces
+  bool has_hairs_behind = true;  ///< also on what only shows behind other surfaces
   // As in CellView.
   bool hair_shadows = true;
-  int shading_block = 1;
+  int shading_block_size = 1;
   float shadow_texels_per_pixel = 2;
-  float detail = 8;
+  float rays_per_pixel_side = 8;
   float max_piece_pixels = 1.5F;
   /// Fraction of the images in sight, in (0, 1], that a frame makes again where view or light have changed.
   /// Below 1 the picture moves.
   float remade_fraction = 1;
   float min_transparency = 0.5F / 255;  ///< of a pixel, for surfaces behind it to be drawn
-  std::size_t memory = std::size_t{256}
-                       << 20;  ///< bytes of all images; their shadow grids take a quarter more
+  std::size_t memory_bytes = std::size_t{256}
+                             << 20;  ///< bytes of all images; their shadow grids take a quarter more
 };
 
 /// For frames that move.
 inline constexpr CellImageOptions moving_cell_images{
-    .samples = 2,
-    .patches = {.pixels = 128,
-                .repeats = 4,
-                .turn_degree_pixels = 720,
-                .turn_degrees = 25,
-                .outline_pixels = 16,
-                .offset_pixels = 8},
-    .hairs_behind = false,
+    .samples_per_pixel_side = 2,
+    .patches = {.max_side_pixels = 128,
+                .max_side_repeats = 4,
+                .max_turn_degree_pixels = 720,
+                .max_turn_degrees = 25,
+                .max_outline_pixels = 16,
+                .max_offset_pixels = 8},
+    .has_hairs_behind = false,
     .hair_shadows = false,
-    .shading_block = 2,
+    .shading_block_size = 2,
     .shadow_texels_per_pixel = 1,
     .max_piece_pixels = 2,
     .remade_fraction = 0.25F,
@@ -113,7 +113,7 @@ struct DrawOptions {
   CellImageOptions cells;
   std::vector<Light> lights;
   /// Times pi, the even radiance in `smooth_light` that its environment has not: mirror images lack it.
-  float mirrored_ambient = 0;
+  float mirrored_ambient_irradiance = 0;
   /// Smooth light from all around, on everything.
   std::optional<SmoothLight> smooth_light;
   /// The environment that `smooth_light` is of, for mirror images on surfaces without fabric and as a

@@ -4,11 +4,11 @@
 
 namespace selvedge {
 
-bool DeepPixels::has_round(int side, int round) const {
+bool DeepPixels::has_depth_layer(int side, int round) const {
   return std::any_of(pixels_.begin(), pixels_.end(), [&](const Pixel& p) { return p.counts[side] > round; });
 }
 
-void DeepPixels::add_round(int side, int round, const DrawnSide& drawn) {
+void DeepPixels::add_depth_layer(int side, int round, const DrawnSide& drawn) {
   for (std::uint32_t number = 0; number < pixels_.size(); ++number) {
     const Pixel& p = pixels_[number];
     const float depth = drawn.visible.depth[p.index_in_band];
@@ -20,7 +20,7 @@ void DeepPixels::add_round(int side, int round, const DrawnSide& drawn) {
   }
 }
 
-DeepLayers DeepPixels::layers() {
+DeepLayers DeepPixels::sorted_layers() {
   DeepLayers result = sort_by_pixel(pixels_.size(), hits_);
   result.pbr = std::move(pbr_);
   return result;

@@ -42,13 +42,13 @@ class DeepPixels {
     std::array<std::uint8_t, 2> counts{};  ///< number of surfaces by side (front, back)
   };
   /// Adds pixels, each at most once.
-  void add(std::span<const Pixel> pixels) { pixels_.insert(pixels_.end(), pixels.begin(), pixels.end()); }
+  void add_pixels(std::span<const Pixel> more) { pixels_.insert(pixels_.end(), more.begin(), more.end()); }
   bool empty() const { return pixels_.empty(); }
   /// Whether some pixel has a surface of this side in this round.
-  bool has_round(int side, int round) const;
+  bool has_depth_layer(int side, int round) const;
   /// Adds the surfaces that a round has drawn at these pixels.
-  void add_round(int side, int round, const DrawnSide& drawn);
-  DeepLayers layers();
+  void add_depth_layer(int side, int round, const DrawnSide& drawn);
+  DeepLayers sorted_layers();
 
  private:
   std::vector<Pixel> pixels_;

@@ -39,13 +39,13 @@ GarmentPoint garment_point(const FrameScene& scene, TriangleSide seen, int x, in
   const ProjectedVertices& projected = scene.projected;
   GarmentPoint point;
   point.triangle = seen / 2;
-  point.back = seen % 2 != 0;
+  point.is_back = seen % 2 != 0;
   const MergedTriangle& triangle = mesh.triangles[point.triangle];
   point.surface = triangle.surface;
   const V2f at(static_cast<float>(x) + 0.5F - 0.5F * static_cast<float>(projected.width),
                static_cast<float>(y) + 0.5F - 0.5F * static_cast<float>(projected.height));
-  const ViewRays rays = view_rays(scene.view.camera, projected.width, projected.height);
-  point.to_viewer = (rays.base + rays.step_right * at.x + rays.step_up * at.y).normalized();
+  const ViewDirections rays = view_directions(scene.view.camera, projected.width, projected.height);
+  point.to_viewer = (rays.centre_direction + rays.step_right * at.x + rays.step_up * at.y).normalized();
   // Corners relative to the pixel, times their w. d p / dx = (-w, 0), d p / dy = (0, -w).
   std::array<V2f, 3> p;
   std::array<float, 3> w{};
@@ -104,7 +104,7 @@ GarmentFrame garment_frame(const V3f& interpolated, const V3f& t, float handedne
 
 GarmentFrame garment_frame(const FrameScene& scene, const GarmentPoint& point, const V2f& slope) {
   return garment_frame(point.normal, point.tangent, scene.prepared.mesh.triangles[point.triangle].handedness,
-                       point.back ? -1.0F : 1.0F, point.to_viewer, slope);
+                       point.is_back ? -1.0F : 1.0F, point.to_viewer, slope);
 }
 
 std::vector<ArrivingLight> lights_at(const FrameScene& scene, const GarmentPoint& point,
@@ -144,7 +144,7 @@ float smooth_light_visibility(const FrameScene& scene, const SmoothLight& at_poi
 }
 
 PbrValues pbr_values(const PbrPixel& pixel) {
-  const auto& words = pixel.words;
+  const auto& words = pixel.packed_values;
   PbrValues values;
   values.slope = V2f(signed_fraction(words[0]), signed_fraction(words[0] >> 16U));
   values.metallic = fraction(words[1]);

@@ -25,7 +25,7 @@ struct FrameScene {
 struct GarmentPoint {
   std::uint32_t surface = 0;
   std::uint32_t triangle = 0;  ///< index into MergedSurfaces::triangles
-  bool back = false;
+  bool is_back = false;
   std::array<float, 3> barycentrics{};  ///< of the corners
   V3f position{0, 0, 0};                ///< m, from the mesh's origin
   V3f normal{0, 0, 0};                  ///< of the front; interpolated, not normalised
@@ -69,7 +69,7 @@ SmoothLight smooth_light_at(const FrameScene& scene, const GarmentPoint& point);
 /// `normal` (world) reflects it; 1 where nothing is known.
 float smooth_light_visibility(const FrameScene& scene, const SmoothLight& at_point, const V3f& normal);
 
-/// PbrPixel::words, decoded.
+/// PbrPixel::packed_values, decoded.
 struct PbrValues {
   V2f slope{0, 0};  ///< of the normal, in the garment's frame of the front side
   float metallic = 0;

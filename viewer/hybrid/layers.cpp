@@ -66,9 +66,9 @@ class Painter {
       const int lane = std::countr_zero(left);
       const bool is_cell = (cells >> lane & 1) != 0;
       const TriangleSide surface = surfaces[lane];
-      to[lane] = is_cell
-                     ? change_cell(scene_, surface, x + lane, pixels_.first_row + y, pbr_at(lane), to[lane])
-                     : shade(surface, x + lane, y, pbr_at(lane));
+      to[lane] =
+          is_cell ? apply_material(scene_, surface, x + lane, pixels_.first_row + y, pbr_at(lane), to[lane])
+                  : shade(surface, x + lane, y, pbr_at(lane));
     }
   }
 
@@ -102,7 +102,7 @@ class Painter {
       cloth_ += value.w > 0 ? 1 : 0;
       if ((seen_.hole_filling_lanes >> lane & 1) != 0 && value.w > 0) value /= value.w;
       if (!scene_.cells.is_unmodified(row_.surface[lane]))
-        value = change_cell(scene_, row_.surface[lane], x, pixels_.first_row + y, pbr_[lane], value);
+        value = apply_material(scene_, row_.surface[lane], x, pixels_.first_row + y, pbr_[lane], value);
       V4f& pixel = at(x, y);
       pixel += value * (1 - pixel.w);
     }
@@ -226,7 +226,7 @@ class RowShader {
       for (int x = 0; x < pixels_.width; ++x) note(surfaces_.behind[index_of(x, y)], x, y, known);
     if (surfaces_.has_pbr() || deep_.empty()) return;
     std::vector<DeepHit> hits;
-    for (const Raster& raster : surfaces_.raster) raster.find(task_, deep_, hits);
+    for (const Raster& raster : surfaces_.raster) raster.find_hits(task_, deep_, hits);
     layers_of_deep_ = sort_by_pixel(deep_.size(), hits);
     for (std::size_t k = 0; k < layers_of_deep_.pixels(); ++k) {
       for (std::size_t i = layers_of_deep_.starts[k] + 1; i < layers_of_deep_.starts[k + 1]; ++i) {
@@ -328,7 +328,7 @@ LayerCount& LayerCount::operator+=(const LayerCount& b) {
   return *this;
 }
 
-void BandSurfaces::set_up(const FrameScene& scene, int first_row, int rows) {
+void BandSurfaces::draw_band(const FrameScene& scene, int first_row, int rows) {
   for (std::size_t side = 0; side < 2; ++side)
     raster[side].begin(scene.prepared.mesh, scene.projected, sides[side].triangle_list, side == 1, first_row,
                        rows);
@@ -352,7 +352,7 @@ LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& su
   const bool casts = !surfaces.has_pbr();
   if (casts && !surfaces.is_cpu_raster &&
       std::any_of(rows.begin(), rows.end(), [](const auto& part) { return !part->deep().empty(); }))
-    surfaces.set_up(scene, pixels.first_row, pixels.rows);
+    surfaces.draw_band(scene, pixels.first_row, pixels.rows);
   parallel_for(0, tasks, [&](int task) { rows[task]->see_behind(); });
   cells.render(true);
   parallel_for(0, tasks, [&](int task) { rows[task]->shade_behind(); });
@@ -366,13 +366,13 @@ LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& su
       deep_pixels.push_back({pixel, {sides[0].visible.counts[pixel], sides[1].visible.counts[pixel]}});
     }
   }
-  deep.add(deep_pixels);
+  deep.add_pixels(deep_pixels);
   return sum;
 }
 
-LayerCount shade_deep(const FrameScene& scene, CellPass& cells, DeepPixels& deep, int layers,
-                      const BandPixels& pixels) {
-  const DeepLayers layered = deep.layers();
+LayerCount shade_deep_pixels(const FrameScene& scene, CellPass& cells, DeepPixels& deep, int layers,
+                             const BandPixels& pixels) {
+  const DeepLayers layered = deep.sorted_layers();
   const std::size_t count = layered.pixels();
   const std::size_t tasks = (count + deep_pixels_per_task - 1) / deep_pixels_per_task;
   std::vector<LayerCount> counts(tasks);

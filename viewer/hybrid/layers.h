@@ -34,7 +34,7 @@ struct BandSurfaces {
   bool has_pbr() const { return !sides[0].visible.colours.empty(); }
   PbrPixel pbr_at(TriangleSide surface, std::size_t i) const { return sides[surface % 2].pbr_at(i); }
   /// Sets up `raster` from the lists.
-  void set_up(const FrameScene& scene, int first_row, int rows);
+  void draw_band(const FrameScene& scene, int first_row, int rows);
 };
 
 /// Shades and overwrites the pixels of a band, at most `layers` surfaces deep, on all cores. In a scene with
@@ -44,8 +44,8 @@ LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& su
                       const BandPixels& pixels, DeepPixels& deep);
 
 /// The other surfaces of deep pixels of such a scene. Precondition: all their layers are known.
-LayerCount shade_deep(const FrameScene& scene, CellPass& cells, DeepPixels& deep, int layers,
-                      const BandPixels& pixels);
+LayerCount shade_deep_pixels(const FrameScene& scene, CellPass& cells, DeepPixels& deep, int layers,
+                             const BandPixels& pixels);
 
 /// Light of one surface at a pixel, counted from the lower left. Its cell image has been made.
 V4f shade_surface(const FrameScene& scene, TriangleSide seen, const V2i& pixel, const PbrPixel& pbr);

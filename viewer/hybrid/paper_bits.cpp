@@ -48,7 +48,7 @@ V3f round_to_paper_bits(const V3f& direction) {
 
 V4f shade_by_paper(const FrameScene& scene, const GarmentPoint& point) {
   const int number = scene.prepared.materials.surfaces[point.surface].fabric;
-  const Fabric& fabric = scene.prepared.fabrics[number].seen_from(point.back);
+  const Fabric& fabric = scene.prepared.fabrics[number].seen_from(point.is_back);
   const PaperTexels texels = paper_texels(fabric, point, scene.view.options.levels.forced_level);
   GarmentPoint rounded = point;
   rounded.normal = round_to_paper_bits(point.normal);
@@ -59,10 +59,10 @@ V4f shade_by_paper(const FrameScene& scene, const GarmentPoint& point) {
   std::vector<ArrivingLight> lights = lights_at(scene, rounded, frame, through);
   if (scene.view.options.smooth_light) {
     const SmoothLight around = turned(smooth_light_at(scene, point), frame.tangent, frame.up, frame.normal);
-    for (const CellLamp& lamp : smooth_lamps(around, 0))
+    for (const CellLamp& lamp : lamps_of_smooth_light(around, 0))
       lights.push_back({lamp.direction, lamp.irradiance, true});
     if (through) {
-      for (const CellLamp& lamp : smooth_lamps(mirrored(around), 0))
+      for (const CellLamp& lamp : lamps_of_smooth_light(mirrored(around), 0))
         lights.push_back({mirrored(lamp.direction), lamp.irradiance, true});
     }
   }

@@ -40,14 +40,14 @@ void FrameRenderer::draw_behind(int first_row, int rows, std::array<DrawnSide, 2
                                 Stopwatch& watch, RenderStats& stats) {
   for (int side = 0; side < 2; ++side) {
     DrawnSide& drawn = sides[side];
-    deep.add_round(side, 0, drawn);
-    for (int round = 1; round < layers_ && deep.has_round(side, round); ++round) {
+    deep.add_depth_layer(side, 0, drawn);
+    for (int round = 1; round < layers_ && deep.has_depth_layer(side, round); ++round) {
       pass_.draw(side, round, first_row, drawn.triangle_list);
       pass_.finish();
       watch.add_lap(stats.geometry_seconds);
       pass_.read(side, round, rows, drawn.visible);
       watch.add_lap(stats.read_back_seconds);
-      deep.add_round(side, round, drawn);
+      deep.add_depth_layer(side, round, drawn);
     }
   }
 }
@@ -62,7 +62,7 @@ void FrameRenderer::shade(const FrameScene& scene, int first_row, Band& band, Fr
   if (!deep.empty()) {
     watch.add_lap(stats.evaluation_seconds);
     draw_behind(first_row, pixels.rows, band.surfaces.sides, deep, watch, stats);
-    seen += shade_deep(scene, cells_, deep, layers_, pixels);
+    seen += shade_deep_pixels(scene, cells_, deep, layers_, pixels);
   }
   watch.add_lap(stats.evaluation_seconds);
   stats.covered_pixels += seen.covered_pixels;
@@ -102,7 +102,7 @@ void FrameRenderer::draw(const FrameView& view, Frame& frame, RenderStats& stats
     if (casts) {
       band.surfaces.sides[0].triangle_list = std::move(lists[i].front);
       band.surfaces.sides[1].triangle_list = std::move(lists[i].back);
-      band.surfaces.set_up(scene, first_row, rows);
+      band.surfaces.draw_band(scene, first_row, rows);
       watch.add_lap(stats.geometry_seconds);
     } else {
       draw_nearest(std::move(lists[i]), first_row, rows, band.surfaces.sides, watch, stats);
@@ -122,11 +122,11 @@ void FrameRenderer::draw(const FrameView& view, Frame& frame, RenderStats& stats
     if (memory.is_coarser)
       stats.remarks.push_back(
           fmt::format("cell images are coarser than wanted: these take {:.0f} MiB, --image-memory is {}",
-                      std::ceil(memory.wanted_bytes / (1 << 20)), view.options.cells.memory >> 20));
+                      std::ceil(memory.wanted_bytes / (1 << 20)), view.options.cells.memory_bytes >> 20));
   }
 }
 
-std::optional<PixelProbe> FrameRenderer::probe(const FrameView& view, const V2i& pixel) {
+std::optional<PixelProbe> FrameRenderer::probe_surface(const FrameView& view, const V2i& pixel) {
   Stopwatch watch;
   RenderStats unwanted;
   const int row = bands_.height - 1 - pixel.y;

@@ -32,8 +32,8 @@ class FrameRenderer {
   /// context must be current whenever a function of the path is called, the destructor included.
   void draw(const FrameView& view, Frame& frame, RenderStats& stats);
 
-  /// As Renderer::probe().
-  std::optional<PixelProbe> probe(const FrameView& view, const V2i& pixel);
+  /// As Renderer::probe_surface().
+  std::optional<PixelProbe> probe_surface(const FrameView& view, const V2i& pixel);
 
  private:
   /// A band in progress: while one is shaded the next is drawn.

@@ -18,12 +18,12 @@ PixelProbe probe_pixel(const FrameScene& scene, TriangleSide seen, const V2i& pi
   probe.pixel = V2i(pixel.x, scene.projected.height - 1 - pixel.y);
   probe.surface = point.surface;
   probe.triangle = point.triangle;
-  probe.back = point.back;
+  probe.is_back = point.is_back;
   probe.position = scene.prepared.origin + V3d(point.position);
   probe.fabric = scene.prepared.materials.surfaces[probe.surface].fabric;
   bool through = false;
   if (probe.fabric >= 0) {
-    const Fabric& fabric = scene.prepared.fabrics[probe.fabric].seen_from(point.back);
+    const Fabric& fabric = scene.prepared.fabrics[probe.fabric].seen_from(point.is_back);
     through = fabric.find_side(Side::through) != nullptr;
     probe.uv = V2d(point.uv);
     const V2f repeats(std::hypot(point.duv_dx.x, point.duv_dy.x), std::hypot(point.duv_dx.y, point.duv_dy.y));

@@ -22,7 +22,7 @@ struct PixelProbe {
   V2i pixel{0, 0};  ///< from the frame's top left
   std::uint32_t surface = 0;
   std::uint32_t triangle = 0;  ///< index into MergedSurfaces::triangles
-  bool back = false;           ///< the back of the cloth is visible
+  bool is_back = false;        ///< the back of the cloth is visible
   V3d position{0, 0, 0};       ///< m, world
   int fabric = -1;             ///< -1: the surface has neither fabric nor texels
   V2d uv{0, 0};                ///< in [0, 1], without whole repeats

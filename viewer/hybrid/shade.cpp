@@ -37,7 +37,7 @@ V3f shade_pbr(const FrameScene& scene, const GarmentPoint& point, const PbrPixel
   const V3f base(pixel.colour.x, pixel.colour.y, pixel.colour.z);
   if (scene.prepared.materials.pbr[point.surface].unlit) return base * std::numbers::inv_pi_v<float>;
   const GarmentFrame frame = garment_frame(scene, point);
-  const float side = point.back ? -1.0F : 1.0F;
+  const float side = point.is_back ? -1.0F : 1.0F;
   const V3f normal =
       V3f(values.slope.x * side, values.slope.y * side, std::sqrt(std::max(1 - values.slope.length2(), 0.0F)))
           .normalized();
@@ -61,7 +61,7 @@ V3f shade_pbr(const FrameScene& scene, const GarmentPoint& point, const PbrPixel
     const V3f towards = frame.to_world(mirrored_view(normal, view, values.roughness));
     mean += mean_radiance(around, up) *
             std::min(1.0F, values.occlusion / std::max(smooth_light_visibility(scene, around, up), 1e-3F));
-    mirrored = V3f(scene.view.options.mirrored_ambient * std::numbers::inv_pi_v<float>);
+    mirrored = V3f(scene.view.options.mirrored_ambient_irradiance * std::numbers::inv_pi_v<float>);
     if (scene.view.reflections)
       mirrored += scene.view.reflections->at(V3d(towards).normalized(), values.roughness);
     mirrored *= std::min(smooth_light_visibility(scene, around, towards),
@@ -80,11 +80,11 @@ V4f shade_pixel(const FrameScene& scene, TriangleSide seen, int x, int y, const 
     return times_opacity(shade_pbr(scene, point, pixel), std::clamp(pixel.colour.w, 0.0F, 1.0F));
   const V4f shaded = shade_by_paper(scene, point);
   const float alpha = material.keeps_opacity ? std::min(shaded.w, 1.0F) : 1.0F;
-  return change_cell(scene, seen, x, y, pixel, times_opacity(V3f(shaded.x, shaded.y, shaded.z), alpha));
+  return apply_material(scene, seen, x, y, pixel, times_opacity(V3f(shaded.x, shaded.y, shaded.z), alpha));
 }
 
-V4f change_cell(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel,
-                const V4f& cell) {
+V4f apply_material(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel,
+                   const V4f& cell) {
   const MergedTriangle& triangle = scene.prepared.mesh.triangles[seen / 2];
   const SurfaceMaterial& material = scene.prepared.materials.surfaces[triangle.surface];
   const PbrValues values = pbr_values(pixel);

@@ -11,7 +11,7 @@ V4f shade_pixel(const FrameScene& scene, TriangleSide seen, int x, int y, const 
 
 /// The same of a pixel with a cell image, as its material changes it: tint, bent normals, occlusion,
 /// emission.
-V4f change_cell(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel,
-                const V4f& cell);
+V4f apply_material(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel,
+                   const V4f& cell);
 
 }  // namespace selvedge

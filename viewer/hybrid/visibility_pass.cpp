@@ -27,12 +27,12 @@ VisibilityPass::VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh
   indices_ =
       objects_.buffer(mesh_.triangles.size() * 3 * sizeof(std::uint32_t), nullptr, GL_DYNAMIC_STORAGE_BIT);
   add_attribute(gl_, array_, 0, clip_, 4, 0, sizeof(V4f));
-  if (pbr_.needed()) {
+  if (pbr_.needs_pbr()) {
     std::vector<V2f> uv;
     for (const auto& groups : mesh_.attributes) uv.emplace_back(groups[0][3], groups[1][3]);
     add_attribute(gl_, array_, 1, objects_.buffer(uv), 2, 0, sizeof(V2f));
   }
-  pbr_.attach(array_);
+  pbr_.add_attributes(array_);
   gl_.VertexArrayElementBuffer(array_, indices_);
   resize(bands);
 }
@@ -90,7 +90,7 @@ void VisibilityPass::draw(int side, int round, int first_row, std::span<const st
   while (first < triangles.size()) {
     const std::uint32_t surface = mesh_.triangles[triangles[first]].surface;
     std::size_t end = triangles.size();
-    if (pbr_.needed()) {
+    if (pbr_.needs_pbr()) {
       const auto other = [&](std::uint32_t t) {
         return materials_[mesh_.triangles[t].surface].material != materials_[surface].material;
       };
@@ -98,7 +98,7 @@ void VisibilityPass::draw(int side, int round, int first_row, std::span<const st
             triangles.begin();
     }
     gl_.Uniform1i(first_triangle, static_cast<GLint>(first));
-    pbr_.use(surface);
+    pbr_.bind_surface(surface);
     draw_triangles(gl_, first, end);
     first = end;
   }
@@ -121,7 +121,7 @@ void VisibilityPass::read(int side, int round, int rows, VisibleSide& to) const 
   read(GL_RED_INTEGER, GL_UNSIGNED_INT, to.triangles.data());
   read(GL_DEPTH_COMPONENT, GL_FLOAT, to.depth.data());
   if (round == 0) read(GL_STENCIL_INDEX, GL_UNSIGNED_BYTE, to.counts.data());
-  if (!pbr_.needed()) return;
+  if (!pbr_.needs_pbr()) return;
   to.colours.resize(count);
   to.pbr.resize(count);
   gl_.NamedFramebufferReadBuffer(target.framebuffer, GL_COLOR_ATTACHMENT1);

@@ -46,7 +46,7 @@ class VisibilityPass {
   void draw(int side, int round, int first_row, std::span<const std::uint32_t> triangles);
 
   /// Whether VisibleSide::pbr is filled.
-  bool has_pbr() const { return pbr_.needed(); }
+  bool has_pbr() const { return pbr_.needs_pbr(); }
 
   /// Waits until everything is drawn.
   void finish() const { gl_.Finish(); }

@@ -61,7 +61,7 @@ float Floor::hidden_fraction_at(double x, double z) const {
   return near + (far - near) * static_cast<float>(v - j);
 }
 
-Floor floor_under(const MergedSurfaces& mesh) {
+Floor find_floor(const MergedSurfaces& mesh) {
   Imath::Box3f box;
   for (const V3f& p : mesh.positions) box.extendBy(p);
   if (box.isEmpty()) return {};
@@ -94,7 +94,7 @@ Floor floor_under(const MergedSurfaces& mesh) {
 }
 
 void add_floor(const Floor& floor, const Camera& camera, const V3d& origin, Frame& frame) {
-  const ViewRays rays = view_rays(camera, frame.width, frame.height);
+  const ViewDirections rays = view_directions(camera, frame.width, frame.height);
   const bool parallel = camera.projection == Projection::parallel;
   parallel_for(0, frame.height, [&](int y) {
     for (int x = 0; x < frame.width; ++x) {
@@ -108,7 +108,7 @@ void add_floor(const Floor& floor, const Camera& camera, const V3d& origin, Fram
             camera.right * (camera.window_centre.x + 2 * camera.window_half_size.x * right / frame.width) +
             camera.up * (camera.window_centre.y + 2 * camera.window_half_size.y * up / frame.height);
       }
-      const V3d away = -(V3d(rays.base) + V3d(rays.step_right) * right + V3d(rays.step_up) * up);
+      const V3d away = -(V3d(rays.centre_direction) + V3d(rays.step_right) * right + V3d(rays.step_up) * up);
       const double drop = from.y - floor.height;
       if (!(away.y < 0) || !(parallel || drop > 0)) continue;
       const V3d place = from + away * (drop / -away.y);

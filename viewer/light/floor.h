@@ -25,7 +25,7 @@ struct Floor {
 
 /// A cell of the scene's lower side, at the height h over the floor, hides h^2 / (pi (r^2 + h^2)^2) of an
 /// even sky, by its area, from a place at the distance r beside it (the form factor of parallel patches).
-Floor floor_under(const MergedSurfaces& mesh);
+Floor find_floor(const MergedSurfaces& mesh);
 
 /// Composites the frame over a floor as black as its shade; the scene's origin is the mesh's. Seen from
 /// above.

@@ -75,14 +75,14 @@ TriangleTarget PbrInputs::make_target(GlObjects& objects, int width, int height)
   return target;
 }
 
-void PbrInputs::attach(GLuint array) const {
+void PbrInputs::add_attributes(GLuint array) const {
   for (std::size_t k = 0; k < more_uvs_; ++k)
     add_attribute(gl_, array, more_uv + static_cast<GLuint>(k), uvs_, 2, k * sizeof(V2f),
                   more_uvs_ * sizeof(V2f));
   if (vertex_colours_ != 0) add_attribute(gl_, array, vertex_colour, vertex_colours_, 4, 0, sizeof(V4f));
 }
 
-void PbrInputs::use(std::size_t surface) const {
+void PbrInputs::bind_surface(std::size_t surface) const {
   if (!needed_) return;
   const SurfaceMaterial& material = materials_.surfaces[surface];
   const PbrMaterial& pbr = materials_.pbr[surface];
@@ -95,7 +95,7 @@ void PbrInputs::use(std::size_t surface) const {
     if (texture == 0) continue;
     const GLuint unit = first_unit + static_cast<GLuint>(i);
     gl_.BindTextureUnit(unit, texture);
-    gl_.BindSampler(unit, samplers_[sampler_of(one.wrap_u, one.wrap_v, one.nearest)]);
+    gl_.BindSampler(unit, samplers_[sampler_of(one.wrap_u, one.wrap_v, one.has_nearest_filter)]);
   }
   mappings |= pbr.normal_frame << (4 * all.size());
   gl_.Uniform1i(is_pbr, material.fabric < 0 ? 1 : 0);

@@ -27,14 +27,14 @@ class PbrInputs {
   PbrInputs& operator=(PbrInputs&&) = delete;
 
   /// Whether some surface needs a PbrPixel.
-  bool needed() const { return needed_; }
+  bool needs_pbr() const { return needed_; }
   /// The program of triangle_vertex.glsl and triangle_fragment.glsl.
   GLuint triangle_program(GlObjects& objects, bool later) const;
   TriangleTarget make_target(GlObjects& objects, int width, int height) const;
   /// Adds the vertices' attributes to a vertex array, at the locations of pbr_vertex.glsl.
-  void attach(GLuint array) const;
+  void add_attributes(GLuint array) const;
   /// Sets uniforms and textures of the current program for a surface.
-  void use(std::size_t surface) const;
+  void bind_surface(std::size_t surface) const;
 
  private:
   static constexpr std::size_t samplers = 18;  ///< three wrap modes along u, three along v, nearest or linear

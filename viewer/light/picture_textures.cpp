@@ -115,7 +115,7 @@ std::vector<Mapped> mapped_pictures(const PbrMaterial& pbr, const std::vector<Ma
 
 std::vector<int> shown_halvings(const MergedSurfaces& mesh, const Materials& materials, const V3d& origin,
                                 const Camera& camera, int height) {
-  std::vector<int> halvings(materials.pictures.size(), not_shown);
+  std::vector<int> halvings(materials.pictures.size(), halvings_of_hidden);
   if (halvings.empty() || !materials.needs_pbr()) return halvings;
   const StepBound step(camera, height);
   for (const TriangleSpan& span : spans_of(mesh)) {
@@ -160,12 +160,12 @@ bool PictureTextures::fits(const Levels& levels, const std::vector<MaterialPictu
       encoded = std::max(encoded, pictures[i].pixels(0));
     }
   }
-  MemoryAccount account(memory_);
-  return try_reserve_textures(account, sum, largest, encoded);
+  MemoryBudget budget(memory_);
+  return try_spend_textures(budget, sum, largest, encoded);
 }
 
-void PictureTextures::make(const std::vector<int>& halvings, std::vector<MaterialPicture>& pictures,
-                           const std::string& file, std::vector<std::string>& remarks) {
+void PictureTextures::make_textures(const std::vector<int>& halvings, std::vector<MaterialPicture>& pictures,
+                                    const std::string& file, std::vector<std::string>& remarks) {
   // Decoding a picture of more pixels takes longer than making two textures of fewer.
   constexpr std::uint64_t large = std::uint64_t{1} << 22;
   constexpr std::uint64_t small = std::uint64_t{1} << 20;
@@ -174,7 +174,7 @@ void PictureTextures::make(const std::vector<int>& halvings, std::vector<Materia
   Levels kept(pictures.size());
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     for (const auto& [level, texture] : made_[i]) kept[i].insert(level);
-    if (halvings[i] == not_shown) continue;
+    if (halvings[i] == halvings_of_hidden) continue;
     needed[i] = {halvings[i]};
     kept[i].insert(halvings[i]);
     for (int finer = std::max(halvings[i] - 2, 0); finer < halvings[i]; ++finer)

@@ -15,9 +15,9 @@
 namespace selvedge {
 
 /// How often each of Materials::pictures can be halved before a frame of `height` pixels from `camera` shows
-/// it: the level of its texture that is the finest one in the frame, or not_shown. `origin`: world, m, of the
-/// mesh. Surfaces behind others, and backs, count as seen.
-inline constexpr int not_shown = 64;
+/// it: the level of its texture that is the finest one in the frame, or halvings_of_hidden. `origin`: world,
+/// m, of the mesh. Surfaces behind others, and backs, count as seen.
+inline constexpr int halvings_of_hidden = 64;
 std::vector<int> shown_halvings(const MergedSurfaces& mesh, const Materials& materials, const V3d& origin,
                                 const Camera& camera, int height);
 
@@ -41,10 +41,10 @@ class PictureTextures {
   /// earlier frames are kept while there is room, and two finer ones of a large picture are made with its
   /// first, for frames with two and four times the rays. A picture that cannot be decoded has no texture, and
   /// once a line in `remarks`. Throws FILE_TOO_LARGE of `file` if the frame's take more than the memory.
-  void make(const std::vector<int>& halvings, std::vector<MaterialPicture>& pictures, const std::string& file,
-            std::vector<std::string>& remarks);
+  void make_textures(const std::vector<int>& halvings, std::vector<MaterialPicture>& pictures,
+                     const std::string& file, std::vector<std::string>& remarks);
   /// Pictures that were decoded so far, each time counted.
-  std::int64_t decoded() const { return decoded_; }
+  std::int64_t decoded_count() const { return decoded_; }
 
  private:
   using Levels = std::vector<std::set<int>>;  ///< halvings of each picture

@@ -138,7 +138,7 @@ std::uint64_t Occluders::mask_bytes(const Materials& materials) {
     if (picture < 0 || !known.insert(picture).second) continue;
     pixels += materials.pictures[picture].pixels(halvings_of(materials.pictures[picture]));
   }
-  return pixels * bytes_per::texture_pixel;
+  return pixels * bytes_per_texture_pixel;
 }
 
 ShadowMap Occluders::draw(const ShadowView& view, ShadowMap* opposite) const {
@@ -147,7 +147,7 @@ ShadowMap Occluders::draw(const ShadowView& view, ShadowMap* opposite) const {
   double done = 0;  // fraction of the triangles
   while (!draw_into(map, opposite, map.view.size > min_shadow_size ? max_work : HUGE_VAL, done)) {
     const double fitting = map.view.size * std::sqrt(done);
-    do map.view = halved(map.view);
+    do map.view = half_size_view(map.view);
     while (map.view.size > std::max<double>(fitting, min_shadow_size));
   }
   return map;

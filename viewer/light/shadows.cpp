@@ -106,7 +106,7 @@ std::vector<ShadowView> shadow_views(std::span<const Light> lights, std::span<co
   return views;
 }
 
-ShadowView halved(const ShadowView& view) {
+ShadowView half_size_view(const ShadowView& view) {
   ShadowView half = view;
   half.size = view.size / 2;
   const auto middle = 0.5F * static_cast<float>(view.size);

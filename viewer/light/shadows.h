@@ -40,7 +40,7 @@ std::vector<ShadowView> shadow_views(std::span<const Light> lights, std::span<co
                                      const V3d& origin, int size);
 
 /// The same view at half the size.
-ShadowView halved(const ShadowView& view);
+ShadowView half_size_view(const ShadowView& view);
 
 struct ShadowMap {
   ShadowView view;

@@ -238,7 +238,7 @@ void Raster::draw(int strip, RasterRows& to) const {
   draw_all(spans.data(), waiting, to);
 }
 
-void Raster::find(int strip, std::span<const std::uint32_t> pixels, std::vector<DeepHit>& to) const {
+void Raster::find_hits(int strip, std::span<const std::uint32_t> pixels, std::vector<DeepHit>& to) const {
   // The first wanted pixel from every eighth one on.
   constexpr std::uint32_t step = 8;
   const auto first = static_cast<std::uint32_t>(strip * strip_rows * width_);

@@ -48,7 +48,7 @@ class Raster {
   /// the triangles that share it. From any thread.
   void draw(int strip, RasterRows& to) const;
   /// Adds all surfaces at some pixels of a strip, in any order; the pixels ascend. From any thread.
-  void find(int strip, std::span<const std::uint32_t> pixels, std::vector<DeepHit>& to) const;
+  void find_hits(int strip, std::span<const std::uint32_t> pixels, std::vector<DeepHit>& to) const;
 
  private:
   /// A projected triangle, from the centre of the frame's first pixel: a pixel (x, y) lies within it where

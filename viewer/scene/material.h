@@ -28,7 +28,7 @@ struct MaterialTexture {
   int mapping = 0;  ///< texture coordinates: 0 is SurfaceVertex::uv, k Surface::extra_uvs[k - 1]
   Wrap wrap_u = Wrap::repeat;
   Wrap wrap_v = Wrap::repeat;
-  bool nearest = false;
+  bool has_nearest_filter = false;
 };
 
 /// glTF's core material of a surface. The base colour is the product of `SurfaceMaterial::base_color_factor`,
@@ -63,7 +63,7 @@ struct PbrPixel {
   /// Pairs of 16 bits, the first of each pair in the lower half: the normal in the frame of the surface, x
   /// and y (signed, 32767 is 1); metal and roughness (65535 is 1); emission red and green (half); blue,
   /// occlusion.
-  std::array<std::uint32_t, 4> words{};
+  std::array<std::uint32_t, 4> packed_values{};
 };
 
 /// The largest width and height of a frame.

@@ -51,7 +51,7 @@ std::vector<int> charts_of(const std::vector<std::uint32_t>& indices, std::size_
   DisjointSets sets(vertices);
   for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
     for (std::size_t k = 1; k < 3; ++k)
-      sets.join(static_cast<int>(indices[i]), static_cast<int>(indices[i + k]));
+      sets.unite(static_cast<int>(indices[i]), static_cast<int>(indices[i + k]));
   }
   std::vector<int> charts;
   for (int v = 0; v < static_cast<int>(vertices); ++v) charts.push_back(sets.root(v));

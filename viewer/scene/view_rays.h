@@ -7,13 +7,13 @@ namespace selvedge {
 
 /// Directions towards the viewer, not normalised: base + x * step_right + y * step_up, x and y in pixels from
 /// the centre of the frame.
-struct ViewRays {
-  V3f base;
+struct ViewDirections {
+  V3f centre_direction;
   V3f step_right;
   V3f step_up;
 };
 
-inline ViewRays view_rays(const Camera& camera, int width, int height) {
+inline ViewDirections view_directions(const Camera& camera, int width, int height) {
   if (camera.projection == Projection::parallel) return {V3f(camera.to_viewer), V3f(0), V3f(0)};
   const V3d base =
       camera.image_normal() - camera.right * camera.window_centre.x - camera.up * camera.window_centre.y;

@@ -59,7 +59,7 @@ constexpr std::chrono::milliseconds still_after{100};
 ShownPicture shown(const ShowPicture& picture, double divisor, std::int64_t frames) {
   ShownPicture result;
   static_cast<DrawnPicture&>(result) = picture.drawn();
-  result.divisor = divisor;
+  result.size_divisor = divisor;
   result.frame_count = frames;
   for (const SceneMaterial& material : picture.scene().materials)
     result.materials.push_back(!material.fabric ? "" : material.name.empty() ? "material" : material.name);
@@ -97,8 +97,8 @@ std::uint64_t PictureThread::request(RenderRequest request) {
   std::uint64_t number = 0;
   {
     const std::lock_guard lock(mutex_);
-    if (next_) request.change = std::max(request.change, next_->change);
-    if (request.change != Change::none) interrupted_ = true;
+    if (next_) request.redraw = std::max(request.redraw, next_->redraw);
+    if (request.redraw != Redraw::none) interrupted_ = true;
     asked_ = true;
     next_ = std::move(request);
     update_.is_finished = false;
@@ -207,9 +207,9 @@ void PictureThread::perform(const Task& task) {
 
 void PictureThread::accept(RenderRequest request) {
   if (request.generation != generation_) return;
-  if (request.size != request_.size) request.change = std::max(request.change, Change::frame);
-  change_ = std::max(change_, request.change);
-  if (change_ != Change::none) stage_ = Stage::first;
+  if (request.size != request_.size) request.redraw = std::max(request.redraw, Redraw::frame);
+  change_ = std::max(change_, request.redraw);
+  if (change_ != Redraw::none) stage_ = Stage::first;
   probes_ = true;
   request_ = std::move(request);
 }
@@ -230,7 +230,7 @@ void PictureThread::step() {
 
 /// The first picture of the request, which is small where a large one takes long.
 void PictureThread::draw_first() {
-  const double divisor = change_ == Change::display ? divisor_ : pace_.divisor();
+  const double divisor = change_ == Redraw::display ? divisor_ : pace_.size_divisor();
   if (auto good = picture_->update(request_.state, change_, request_.size, divisor, &closes_); !good) {
     if (!good_) throw Failure{good.error()};
     // Back to the last good state, as not every path draws everything.
@@ -241,14 +241,14 @@ void PictureThread::draw_first() {
       update.state = *good_;
       update.generation = generation_;
     });
-    change_ = Change::scene;
+    change_ = Redraw::scene;
     value_or_throw(picture_->update(request_.state, change_, request_.size, divisor, &closes_));
   }
   good_ = request_.state;
   divisor_ = divisor;
-  if (std::exchange(change_, Change::none) >= Change::frame) {
+  if (std::exchange(change_, Redraw::none) >= Redraw::frame) {
     ++frames_;
-    pace_.add(picture_->drawn().draw_seconds, request_.state.frame_seconds);
+    pace_.add_frame(picture_->drawn().draw_seconds, request_.state.frame_seconds);
   }
   stage_ = divisor > 1 ? Stage::full : Stage::samples;
   show();
@@ -257,9 +257,9 @@ void PictureThread::draw_first() {
 }
 
 void PictureThread::draw_in_full() {
-  const auto good = picture_->update(request_.state, Change::frame, request_.size, 1, &interrupted_);
+  const auto good = picture_->update(request_.state, Redraw::frame, request_.size, 1, &interrupted_);
   // A part of a picture is of no use, not even for another display of it.
-  if (!good || interrupted_) change_ = std::max(change_, Change::frame);
+  if (!good || interrupted_) change_ = std::max(change_, Redraw::frame);
   if (!good) {
     // The small picture stays.
     stage_ = Stage::rest;
@@ -306,7 +306,7 @@ void PictureThread::probe() {
   std::optional<PixelProbe> seen;
   std::string message;
   if (request_.probed_point) {
-    Result<std::optional<PixelProbe>> found = picture_->probe(*request_.probed_point);
+    Result<std::optional<PixelProbe>> found = picture_->probe_surface(*request_.probed_point);
     if (found)
       seen = std::move(*found);
     else
@@ -333,7 +333,7 @@ std::string PictureThread::add(const std::string& path) {
   } else if (const auto fabric = FabricReader::open(path)) {
     if (has_no_fabric(picture_->scene())) return put_on(path);
     add_fabric(path);
-    change_ = Change::scene;
+    change_ = Redraw::scene;
     stage_ = Stage::first;
   } else if (const auto read = read_environment(path, {}, limits_.document.memory)) {
     post([&](RenderUpdate& update) {
@@ -370,7 +370,7 @@ std::string PictureThread::put_on(const std::string& path) {
   for (int& fabric : worn) fabric = fabric < 0 ? -1 : added_[path];
   request_.state.worn_fabrics.fabrics = worn;
   request_.state.hidden_fabrics.clear();
-  change_ = Change::scene;
+  change_ = Redraw::scene;
   stage_ = Stage::first;
   ++generation_;
   post([&](RenderUpdate& update) {
@@ -393,12 +393,12 @@ std::string PictureThread::show_garment(const std::string& path, const std::stri
   state.compared_fabrics.reset();
   state.hidden_fabrics.clear();
   pace_ = {};
-  const double divisor = pace_.divisor();
-  value_or_throw(picture->update(state, Change::scene, request_.size, divisor, &closes_));
+  const double divisor = pace_.size_divisor();
+  value_or_throw(picture->update(state, Redraw::scene, request_.size, divisor, &closes_));
   picture_ = std::move(picture);
   good_ = request_.state = std::move(state);
   divisor_ = divisor;
-  change_ = Change::none;
+  change_ = Redraw::none;
   stage_ = Stage::full;
   probes_ = true;
   garment_ = path;

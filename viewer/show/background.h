@@ -27,15 +27,15 @@ inline constexpr int thumbnail_side = 96;
 /// The picture that a window asks for.
 struct RenderRequest {
   ShowState state;
-  Change change = Change::none;          ///< since the last request
+  Redraw redraw = Redraw::none;          ///< since the last request
   V2i size{1, 1};                        ///< of the picture, pixels
-  std::optional<V2d> probed_point = {};  ///< a point of it, as in ShowPicture::probe()
+  std::optional<V2d> probed_point = {};  ///< a point of it, as in ShowPicture::probe_surface()
   int generation = 0;  ///< RenderUpdate::generation of the state; a request of an older one is dropped
 };
 
 /// A picture, and what the panel says of it and of the scene.
 struct ShownPicture : DrawnPicture {
-  double divisor = 1;                     ///< it is smaller than the request by so much per side
+  double size_divisor = 1;                ///< it is smaller than the request by so much per side
   std::int64_t frame_count = 0;           ///< drawn so far, samples of pictures at rest not counted
   std::vector<std::string> materials;     ///< names; empty names for those without fabric
   std::vector<std::string> fabric_names;  ///< to choose from
@@ -159,7 +159,7 @@ class PictureThread {
   std::function<void()> wake_;
   RenderRequest request_;
   std::uint64_t number_ = 0;      ///< of the request
-  Change change_ = Change::none;  ///< since the last picture
+  Redraw change_ = Redraw::none;  ///< since the last picture
   double divisor_ = 1;            ///< of the last picture
   FramePace pace_;                ///< of first pictures
   int generation_ = 0;

@@ -82,7 +82,7 @@ void ShowPicture::set_light(const ShowState& state) {
   options_.backdrop_roughness = -1;
   options_.shadow_map_size = state.shadow_map_size;
   options_.smooth_light = smooth_light_in_world(state);
-  options_.mirrored_ambient = state.ambient;
+  options_.mirrored_ambient_irradiance = state.ambient_irradiance;
   if (state.environment < 0) return;
   const Surroundings& shown = *state.environments[state.environment];
   if (turned_of_ != &shown) turned_ = std::make_shared<Environment>(shown.environment);
@@ -98,7 +98,7 @@ void ShowPicture::draw(const ShowState& state) {
   drawn_.camera = value_or_throw(make_camera(corners_, aspect_, state.camera));
   options_.levels = state.levels;
   options_.cells = moving_cell_images;
-  options_.cells.memory = state.image_memory_bytes / sides().size();
+  options_.cells.memory_bytes = state.image_memory_bytes / sides().size();
   set_light(state);
   options_.lights = drawn_.lights = lights_in_world(state, drawn_.camera);
   for (ShownSide& side : sides()) {
@@ -113,7 +113,7 @@ void ShowPicture::draw(const ShowState& state) {
 
 /// Turns what was drawn into bytes.
 void ShowPicture::display(const ShowState& state) {
-  bar_ = state.divider;
+  bar_ = state.comparison_bar;
   if (two_) {
     const auto& [worn, beside] = sides_;
     const auto width = static_cast<std::size_t>(worn.frame.width);
@@ -129,23 +129,23 @@ void ShowPicture::display(const ShowState& state) {
   drawn_.height = frame().height;
 }
 
-Result<void> ShowPicture::update(const ShowState& state, Change change, const V2i& size, double divisor,
+Result<void> ShowPicture::update(const ShowState& state, Redraw change, const V2i& size, double divisor,
                                  const std::atomic<bool>* interrupted) {
-  if (change == Change::none) return {};
+  if (change == Redraw::none) return {};
   options_.interrupt_flag = interrupted;
   aspect_ = static_cast<double>(size.x) / size.y;
   options_.width = std::max(1, static_cast<int>(std::lround(size.x / divisor)));
   options_.height = std::max(1, static_cast<int>(std::lround(size.y / divisor)));
   options_.layers = state.layers;
   return catch_failure([&] {
-    if (change == Change::scene || !sides_[0].renderer) {
+    if (change == Redraw::scene || !sides_[0].renderer) {
       load(state);
-      change = Change::scene;
+      change = Redraw::scene;
     } else {
       for (ShownSide& side : sides()) value_or_throw(side.renderer->resize(options_));
     }
     const Frame& last = sides_[0].frame;
-    if (change >= Change::frame || last.width != options_.width || last.height != options_.height)
+    if (change >= Redraw::frame || last.width != options_.width || last.height != options_.height)
       draw(state);
     if (!options_.is_interrupted()) display(state);
   });
@@ -156,9 +156,9 @@ Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>
   options_.interrupt_flag = interrupted;
   if (!sides_[0].renderer || options_.path > RenderPath::raster || refined_ == n * n) return false;
   RenderOptions options = options_;
-  options.levels.footprint = 1.0F / n;
+  options.levels.footprint_pixels = 1.0F / n;
   options.cells = {};
-  options.cells.memory = options_.cells.memory;
+  options.cells.memory_bytes = options_.cells.memory_bytes;
   Camera camera = drawn_.camera;
   const int row = refined_ / n;
   const V2d place((refined_ % n + 0.5) / n - 0.5, (row + 0.5) / n - 0.5);
@@ -187,12 +187,12 @@ Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>
   return true;
 }
 
-Result<std::optional<PixelProbe>> ShowPicture::probe(const V2d& point) {
+Result<std::optional<PixelProbe>> ShowPicture::probe_surface(const V2d& point) {
   if (!sides_[0].renderer || !(point.x >= 0 && point.x < 1 && point.y >= 0 && point.y < 1))
     return std::nullopt;
   const V2i pixel(static_cast<int>(point.x * frame().width), static_cast<int>(point.y * frame().height));
   const bool beside = two_ && point.x < static_cast<double>(bar_);
-  return sides_[beside ? 1 : 0].renderer->probe(drawn_.camera, options_, pixel);
+  return sides_[beside ? 1 : 0].renderer->probe_surface(drawn_.camera, options_, pixel);
 }
 
 }  // namespace selvedge

@@ -43,8 +43,8 @@ class ShowPicture {
   Result<void> add_fabric(const std::string& path);
 
   /// Updates the picture after a change, for a window of `size` pixels, drawn smaller by `divisor` per side.
-  /// Ends soon once `*interrupted` is true; the next update must then be Change::frame or more.
-  Result<void> update(const ShowState& state, Change change, const V2i& size, double divisor,
+  /// Ends soon once `*interrupted` is true; the next update must then be Redraw::frame or more.
+  Result<void> update(const ShowState& state, Redraw change, const V2i& size, double divisor,
                       const std::atomic<bool>* interrupted = nullptr);
 
   /// Adds the next of rest_samples_per_side x rest_samples_per_side samples of each pixel to the picture of
@@ -55,7 +55,7 @@ class ShowPicture {
   static constexpr int rest_samples_per_side = 3;
 
   /// The nearest surface at a point of [0, 1)^2, from the top left, of the last picture, if there is one.
-  Result<std::optional<PixelProbe>> probe(const V2d& point);
+  Result<std::optional<PixelProbe>> probe_surface(const V2d& point);
 
   const Scene& scene() const { return scene_; }                           ///< its fabrics are fabrics()
   const Scene& dressed_scene() const { return sides_[0].dressed_scene; }  ///< in what is worn

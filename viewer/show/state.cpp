@@ -22,8 +22,8 @@ EnvironmentLight light_of(const ShowState& state) {
 
 }  // namespace
 
-Change apply(const ShowInput& input, double aspect, double size, ShowState& state) {
-  if (!input.moves()) return Change::none;
+Redraw apply(const ShowInput& input, double aspect, double size, ShowState& state) {
+  if (!input.has_motion()) return Redraw::none;
   switch (input.grip) {
     case ShowInput::Grip::turn:
       turn(state.camera, input.drag);
@@ -32,12 +32,12 @@ Change apply(const ShowInput& input, double aspect, double size, ShowState& stat
       pan(state.camera, input.drag);
       break;
     case ShowInput::Grip::light:
-      turn_dragged_light(input.drag, axes_of(state.camera), state);
+      turn_dragged_light(input.drag, camera_axes(state.camera), state);
       break;
   }
   if (input.wheel > 0 && input.cursor_point) orbit_about(state.camera, *input.cursor_point);
   if (input.wheel != 0) dolly(state.camera, input.wheel, input.cursor, aspect, size);
-  return Change::frame;
+  return Redraw::frame;
 }
 
 void turn_dragged_light(const V2d& drag, const Camera& camera, ShowState& state) {
@@ -75,14 +75,14 @@ bool toggle_core_materials(ShowState& state) {
   return state.worn_fabrics.fabrics != state.hidden_fabrics;
 }
 
-Change toggle_comparison(ShowState& state) {
+Redraw toggle_comparison(ShowState& state) {
   state.compared_fabrics = state.compared_fabrics ? std::nullopt : std::optional(state.worn_fabrics);
-  state.divider = 0.5F;
-  return Change::scene;
+  state.comparison_bar = 0.5F;
+  return Redraw::scene;
 }
 
 void switch_light_frame(ShowState& state) {
-  const Camera camera = axes_of(state.camera);
+  const Camera camera = camera_axes(state.camera);
   for (Light& light : state.lights) {
     if (light.kind != LightKind::directional) continue;
     light.direction = state.lights_in_camera_frame ? camera_to_world(camera, light.direction)
@@ -109,13 +109,13 @@ std::vector<Light> lights_in_world(const ShowState& state, const Camera& camera)
 std::optional<SmoothLight> smooth_light_in_world(const ShowState& state) {
   SmoothLight around;
   if (state.environment >= 0) around = light_of(state).smooth_light;
-  around.coefficients[0] += V3f(state.ambient * std::numbers::inv_pi_v<float>);
+  around.coefficients[0] += V3f(state.ambient_irradiance * std::numbers::inv_pi_v<float>);
   return around == SmoothLight() ? std::nullopt : std::optional(around);
 }
 
-double FramePace::divisor() const { return std::exp2(step_ / 3.0); }
+double FramePace::size_divisor() const { return std::exp2(step_ / 3.0); }
 
-void FramePace::add(double seconds, double budget) {
+void FramePace::add_frame(double seconds, double budget) {
   // Finer where that is sure to be in time, and not in the 20 frames after it was not.
   constexpr double sure = -0.8;
   // Time follows the area.

@@ -38,24 +38,24 @@ struct ShowState {
   float environment_strength = 1;                                 ///< of the environment, EnvironmentOptions
   bool has_backdrop = false;                                      ///< it is shown behind the scene
   float backdrop_roughness = 0;                                   ///< as by a mirror of this roughness
-  float ambient = 0;                                              ///< radiance from all sides, times pi
+  float ambient_irradiance = 0;                                   ///< radiance from all sides, times pi
   int shadow_map_size = 0;                                        ///< as in DrawOptions
   DisplayOptions display;
   LevelOptions levels;
   int layers = 8;
-  std::size_t image_memory_bytes = CellImageOptions{}.memory;
+  std::size_t image_memory_bytes = CellImageOptions{}.memory_bytes;
   int path = static_cast<int>(RenderPath::raster);
   FabricChoice worn_fabrics;
   std::vector<int> hidden_fabrics;  ///< the fabrics while the core materials are shown, or empty
   /// Worn left of the bar, to be compared.
   std::optional<FabricChoice> compared_fabrics;
-  float divider = 0.5F;  ///< in [0, 1], from the left side of the picture
-  bool probes = true;
+  float comparison_bar = 0.5F;  ///< in [0, 1], from the left side of the picture
+  bool shows_probe = true;
   double frame_seconds = 1.0 / 30;  ///< within which a picture that moves is drawn, smaller if need be
 };
 
 /// The work that a change requires; each value includes those before it.
-enum class Change { none, display, frame, scene };
+enum class Redraw { none, display, frame, scene };
 
 /// Mouse input over the picture since the last call.
 struct ShowInput {
@@ -65,11 +65,11 @@ struct ShowInput {
   double wheel = 0;                      ///< steps; positive towards the scene
   V2d cursor{0, 0};                      ///< in [-1, 1]^2, y up
   std::optional<V3d> cursor_point = {};  ///< the point under the cursor; world, m
-  bool moves() const { return drag != V2d(0, 0) || wheel != 0; }
+  bool has_motion() const { return drag != V2d(0, 0) || wheel != 0; }
 };
 
 /// `aspect` of the window; `size` of the scene in metres.
-Change apply(const ShowInput& input, double aspect, double size, ShowState& state);
+Redraw apply(const ShowInput& input, double aspect, double size, ShowState& state);
 
 /// Turns the environment, or without one the held light, by a drag. Does nothing without a light, or if
 /// it is a point or spot light.
@@ -83,7 +83,7 @@ bool wear_next_fabric(int count, ShowState& state);
 bool toggle_core_materials(ShowState& state);
 
 /// Keeps what is worn beside what will be chosen from now on, or ends that.
-Change toggle_comparison(ShowState& state);
+Redraw toggle_comparison(ShowState& state);
 
 /// Converts the lights' directions to the other axes; the picture does not change.
 void switch_light_frame(ShowState& state);
@@ -101,9 +101,9 @@ std::optional<SmoothLight> smooth_light_in_world(const ShowState& state);
 /// row that say so: they do not alternate, nor follow what another program does for a moment.
 class FramePace {
  public:
-  double divisor() const;  ///< per side, 1 to 4
+  double size_divisor() const;  ///< per side, 1 to 4
   /// A moving frame took so long.
-  void add(double seconds, double budget);
+  void add_frame(double seconds, double budget);
 
  private:
   static constexpr int coarsest = 6;

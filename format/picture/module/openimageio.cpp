@@ -173,10 +173,10 @@ Result<std::vector<Image>> read_pixels(OIIO::ImageInput& input, std::size_t file
   const std::uint64_t channels = spec.nchannels;
   // A reader may hold its file once more, and all pixels as they are stored: interlaced ones, progressive
   // ones, the pixels of one strip or tile.
-  MemoryAccount account(limits.memory);
-  if (!account.try_reserve(file_bytes, 2) || !account.try_reserve(most, spec.pixel_bytes(true)) ||
-      !account.try_reserve(tiled ? most : std::int64_t{strip} * spec.width, channels * sizeof(float)) ||
-      !account.try_reserve(values, sizeof(float)))
+  MemoryBudget budget(limits.memory);
+  if (!budget.try_spend(file_bytes, 2) || !budget.try_spend(most, spec.pixel_bytes(true)) ||
+      !budget.try_spend(tiled ? most : std::int64_t{strip} * spec.width, channels * sizeof(float)) ||
+      !budget.try_spend(values, sizeof(float)))
     return tl::unexpected<Error>(memory_limit_error(name, "", size, limits.memory));
   for (Image& image : images) image.pixels.reserve(std::size_t{4} * image.width * image.height);
   const bool decode = transfer == Transfer::srgb && !spec.format.is_floating_point();

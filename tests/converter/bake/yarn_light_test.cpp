@@ -119,13 +119,13 @@ TEST_CASE("the moments tell by which view light of other yarn leaves yarn with l
   const BakedYarn baked = bake_mesh(mesh);
   const BakedYarn direct = bake_mesh(mesh, 0);
   YarnData without = baked.yarns;
-  for (std::size_t i = 0; i < without.light.size(); ++i) {
-    if (i % light_values_per_station >= transfer_values_per_station) without.light[i] = 0;
+  for (std::size_t i = 0; i < without.station_light.size(); ++i) {
+    if (i % light_values_per_station >= transfer_values_per_station) without.station_light[i] = 0;
   }
   const V2f period = baked.header.period_mm;
   const auto yarns_of = [&](const YarnData& data) { return Yarns(data, baked.header.period_mm); };
   YarnData dark = without;
-  std::ranges::fill(dark.light, 0.0F);
+  std::ranges::fill(dark.station_light, 0.0F);
   const std::array versions{yarns_of(dark), yarns_of(without), yarns_of(baked.yarns)};
   const std::size_t texels = baked.header.texels();
   double product = 0;
@@ -167,8 +167,8 @@ TEST_CASE("a yarn that lies alone has no light but its own") {
   YarnPoint point;
   for (int i = 0; i < 64; ++i) {
     const float angle = static_cast<float>(i) * 0.1F;
-    point.cosine = std::cos(angle);
-    point.sine = std::sin(angle);
+    point.angle_cosine = std::cos(angle);
+    point.angle_sine = std::sin(angle);
     const LightTransfer transfer = yarns.transfer_at(point);
     for (const V3f& light : cell_directions({4, 4})) CHECK(indirect_light(transfer, light).x < 0.003F);
   }
@@ -254,7 +254,7 @@ TEST_CASE("yarn's light is finite and loses or settles, at the extremes") {
     for (int c = 0; c < static_cast<int>(cell.yarns.curves.size()); ++c) {
       for (const StationPoint& place : points_around_station(yarns, c, 0, 16)) {
         float even = 0;
-        for (const auto* light : {&cell.yarns.light, &cell.yarns.through}) {
+        for (const auto* light : {&cell.yarns.station_light, &cell.yarns.light_through}) {
           const float* values = &(*light)[yarns.geometry().first_station[c] * light_values_per_station];
           LightTransfer transfer{};
           for (const float a : place.functions) {

@@ -47,7 +47,7 @@ TEST_CASE("dress: a colourway gives the cloth a mean colour, as the factor on th
       test::need(pale.dress({.all_cloth = true, .colourways = {{"dusk", V3f(0.25F, 0.0625F, 0)}}}));
   pale.check();
   REQUIRE(report.variants.size() == 1);
-  CHECK(report.variants[0].base == 0);
+  CHECK(report.variants[0].base_material == 0);
   CHECK(report.variants[0].index == 1);
   CHECK(report.warnings.empty());
   check_near(report.variants[0].tint.value(), V3f(0.5F, 0.25F, 0));

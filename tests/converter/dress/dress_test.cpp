@@ -41,8 +41,8 @@ TEST_CASE("dress: one metre of 5 x 4 mm takes 200 x 250 repeats, and twice that 
     REQUIRE(report->materials.size() == 1);
     CHECK(report->materials[0].repeats.x == doctest::Approx(200 * scale).epsilon(1e-12));
     CHECK(report->materials[0].repeats.y == doctest::Approx(250 * scale).epsilon(1e-12));
-    CHECK(report->materials[0].size.metres_per_uv.x == doctest::Approx(scale));
-    CHECK(report->materials[0].size.stretched_fraction == 0);
+    CHECK(report->materials[0].uv_size.metres_per_uv.x == doctest::Approx(scale));
+    CHECK(report->materials[0].uv_size.stretched_fraction == 0);
     CHECK(report->warnings.empty());
     CHECK(report->bytes == fs::file_size(workshop.output));
     const Scene scene = test::need(read_scene(workshop.output));
@@ -58,7 +58,7 @@ TEST_CASE("dress: repeats that are given win over the physical size") {
   const Workshop workshop;
   const DressReport report = test::need(workshop.dress({.all_cloth = true, .repeats = V2d(7, 9)}));
   CHECK(report.materials[0].repeats == V2d(7, 9));
-  CHECK(report.materials[0].size.metres_per_uv.x == doctest::Approx(1));
+  CHECK(report.materials[0].uv_size.metres_per_uv.x == doctest::Approx(1));
 }
 
 TEST_CASE("dress: a garment in centimetres, or of a known height, gets its true size") {
@@ -152,7 +152,7 @@ TEST_CASE("dress: the cloth is scaled, turned and moved") {
 }
 
 TEST_CASE("dress: stretched cloth is told by its fraction of the area") {
-  const UvSize even = test::need(Workshop().dress(everything)).materials[0].size;
+  const UvSize even = test::need(Workshop().dress(everything)).materials[0].uv_size;
   CHECK(even.stretched_fraction == 0);
   CHECK(even.metres_per_uv_p5 == even.metres_per_uv_p95);
   Garment sheared = square(1);
@@ -160,7 +160,7 @@ TEST_CASE("dress: stretched cloth is told by its fraction of the area") {
   // u' = u + v: both axes are as long as their medians, but the diagonals 1.31 and 0.54 of them.
   const Workshop leaning(sheared);
   const DressReport report = test::need(leaning.dress(everything));
-  CHECK(report.materials[0].size.stretched_fraction == doctest::Approx(1));
+  CHECK(report.materials[0].uv_size.stretched_fraction == doctest::Approx(1));
   REQUIRE(report.warnings.size() == 1);
   CHECK(report.warnings[0].find("100 % of its area") != std::string::npos);
 }
@@ -173,8 +173,8 @@ TEST_CASE("dress: primitives that disagree on the size are reported") {
   const Workshop workshop(garment);
   const Result<DressReport> report = workshop.dress({.materials = {"cloth 0"}});
   REQUIRE(report);
-  CHECK(report->materials[0].primitives == 2);
-  const UvSize& size = report->materials[0].size;
+  CHECK(report->materials[0].primitive_count == 2);
+  const UvSize& size = report->materials[0].uv_size;
   CHECK(size.metres_per_uv_p5 == V2d(1, 1));
   CHECK(size.metres_per_uv_p95 == V2d(2, 2));
   CHECK(size.stretched_fraction == doctest::Approx(0.5));
@@ -228,7 +228,7 @@ TEST_CASE("dress: what the fallback replaces goes and the rest stays") {
 TEST_CASE("dress: without the fallback the core material is left as it was") {
   const Workshop workshop;
   DressOptions options = everything;
-  options.fallback = false;
+  options.has_fallback = false;
   const Json before = load_gltf(workshop.garment)->json["materials"][0];
   REQUIRE(workshop.dress(options));
   Json after = load_gltf(workshop.output)->json["materials"][0];
@@ -241,7 +241,7 @@ TEST_CASE("dress: without the fallback the core material is left as it was") {
     json["extensionsUsed"] = {"KHR_materials_unlit", "KHR_materials_pbrSpecularGlossiness"};
     for (const Json& name : json["extensionsUsed"]) json["materials"][0]["extensions"][name] = Json::object();
   });
-  CHECK(test::need(old.dress(options)).materials[0].replaced.size() == 2);
+  CHECK(test::need(old.dress(options)).materials[0].replaced_members.size() == 2);
   CHECK_FALSE(has_error(check_gltf(old.output)));
 }
 
@@ -324,7 +324,7 @@ TEST_CASE("dress: a material that is worn in a variant only is dressed") {
   });
   const Result<DressReport> report = workshop.dress({.materials = {"cloth 1"}});
   REQUIRE_MESSAGE(report.has_value(), to_line(report.error()));
-  CHECK(report->materials[0].primitives == 1);
+  CHECK(report->materials[0].primitive_count == 1);
   CHECK(report->materials[0].repeats.x == doctest::Approx(200));
   const Json json = load_gltf(workshop.output)->json;
   CHECK(json["materials"][1]["extensions"].contains(extension));
@@ -400,7 +400,7 @@ TEST_CASE("dress: what strangers' garments look like is kept, or told to be lost
     Workshop workshop;
     workshop.garment = data + item.file;
     const DressReport report = test::need(workshop.dress(everything));
-    CHECK(report.materials[0].kept == item.kept);
+    CHECK(report.materials[0].kept_members == item.kept);
     CHECK((*item.remark == '\0' || std::ranges::any_of(report.warnings, [&](const std::string& line) {
       return line.find(item.remark) != std::string::npos;
     })));

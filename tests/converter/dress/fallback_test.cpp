@@ -58,7 +58,7 @@ TEST_CASE("fallback: a lobe's base colour is the nearest Lambertian one, in clos
   // f = l.z (Cz l.z v.z)^n darkens towards the rim. The base colour b with the least integral of
   // v.z (b l.z / pi - f)^2 over both hemispheres is 6 pi Cz^n / ((n + 2) (n + 3)).
   Fabric fabric = test::lambert_fabric(V2d(5, 5), 1, V3f(0, 0, 0));
-  fabric.levels[0].set(LayerKind::lobes, {15, {0, 0, 0, 0.6F, 2, 0, 0, 0, 0.5F, 3, 0, 0, 0, 0.4F, 4}});
+  fabric.levels[0].set_layer(LayerKind::lobes, {15, {0, 0, 0, 0.6F, 2, 0, 0, 0, 0.5F, 3, 0, 0, 0, 0.4F, 4}});
   const Fallback fallback = bake_fallback(fabric);
   const double pi = std::numbers::pi;
   CHECK(fallback.factors.sheen_color == V3f(0, 0, 0));
@@ -93,7 +93,7 @@ TEST_CASE("fallback: a fabric that brightens towards the rim gets a sheen of tha
   fabric.views = nearly_square_grid(64);
   const std::vector<V3f> views = cell_directions(fabric.views);
   for (FabricLevel& level : fabric.levels) {
-    level.add(LayerKind::table, 3 * 64, 1);
+    level.add_layer(LayerKind::table, 3 * 64, 1);
     for (std::size_t i = 0; i < level.view_table().size(); ++i) {
       level.view_table()[i].x += 1.0F - views[i % 64].z;
     }
@@ -136,22 +136,22 @@ TEST_CASE("fallback: the picture shows the yarn where the fabric has it, in the 
 TEST_CASE("fallback: a file keeps the factors in 300 bytes, and other members of that name are fitted anew") {
   Fabric fabric = test::lambert_fabric(V2d(5, 5), 4, V3f(0.5F, 0.25F, 0.1F));
   const FallbackFactors fitted = fit_fallback(fabric);
-  fabric.fallback = text_of(fitted);
+  fabric.fallback = fallback_json_text(fitted);
   CHECK(fabric.fallback.size() <= 300);
   const test::Folder folder;
   const std::string file = folder / "k.fabric.exr";
   REQUIRE(write_fabric(file, fabric));
   const Fabric read = test::need(read_fabric(file));
-  CHECK(text_of(fallback_of(read)) == fabric.fallback);
+  CHECK(fallback_json_text(fallback_of(read)) == fabric.fallback);
   for (const char* text :
        {R"({"metallicFactor":0})", R"({"baseColor":[2,0,0]})", R"({"baseColor":7})", "{}"}) {
     fabric.fallback = text;
-    CHECK(text_of(fallback_of(fabric)) == text_of(fitted));
+    CHECK(fallback_json_text(fallback_of(fabric)) == fallback_json_text(fitted));
   }
   // The factors of the file hold, whatever the fabric looks like.
   FallbackFactors other = fitted;
   other.base_color = V3f(0.25F, 0.5F, 0.75F);
-  fabric.fallback = text_of(other);
+  fabric.fallback = fallback_json_text(other);
   CHECK(mean_color(bake_fallback(fabric).color).z == doctest::Approx(0.75));
 }
 

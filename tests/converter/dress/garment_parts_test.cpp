@@ -139,18 +139,18 @@ TEST_CASE("dress: cloth has the garment's print and colour, and other colours ca
 
 TEST_CASE("dress: the report names the kept and the replaced members") {
   const DressReport report = test::need(Worn().dress(undyed()));
-  CHECK(report.materials[0].kept ==
+  CHECK(report.materials[0].kept_members ==
         std::vector<std::string>{"maskTexture", "normalTexture", "occlusionTexture"});
-  CHECK(report.materials[0].replaced == std::vector<std::string>{"baseColorTexture \"stripes\"",
-                                                                 "baseColorFactor 0.5 0.25 1",
-                                                                 "metallicRoughnessTexture"});
+  CHECK(report.materials[0].replaced_members == std::vector<std::string>{"baseColorTexture \"stripes\"",
+                                                                         "baseColorFactor 0.5 0.25 1",
+                                                                         "metallicRoughnessTexture"});
   // All four corners of the square lie in one texel of the repeated picture.
   CHECK(report.warnings.empty());
-  CHECK(test::need(Worn().dress(all())).materials[0].kept ==
+  CHECK(test::need(Worn().dress(all())).materials[0].kept_members ==
         std::vector<std::string>{"tintTexture", "maskTexture", "normalTexture", "occlusionTexture"});
   Workshop plain;  // of a grey that programs write by default
-  CHECK(test::need(plain.dress(all())).materials[0].kept.empty());
-  CHECK(test::need(plain.dress(undyed())).materials[0].replaced ==
+  CHECK(test::need(plain.dress(all())).materials[0].kept_members.empty());
+  CHECK(test::need(plain.dress(undyed())).materials[0].replaced_members ==
         std::vector<std::string>{"baseColorFactor 0.8 0.8 0.8"});
 }
 
@@ -163,7 +163,7 @@ TEST_CASE("dress: an opaque material has no mask, and a blended one is cut in th
   const SceneMaterial material = sheer.checked(all()).materials[0];
   CHECK(material.garment_textures.mask.image >= 0);
   CHECK(material.garment_textures.mask_cutoff == 0.5F);
-  CHECK(test::need(sheer.dress(undyed())).materials[0].replaced[2].starts_with("alphaMode BLEND"));
+  CHECK(test::need(sheer.dress(undyed())).materials[0].replaced_members[2].starts_with("alphaMode BLEND"));
   Workshop veil;
   veil.edit([](Json& json) {
     json["materials"][0]["alphaMode"] = "BLEND";
@@ -202,7 +202,7 @@ TEST_CASE(
                      {"nodes", {{{"name", shown.value("parent", "")}, {"children", {1}}}, {{"mesh", 1}}}}};
     const ChosenMaterials chosen = test::need(choose_materials(document, Scene(), {.all_cloth = true}));
     const bool cloth = std::ranges::find(chosen.materials, 1) != chosen.materials.end();
-    CHECK(cloth == std::ranges::none_of(chosen.left_alone, [](const std::string& line) {
+    CHECK(cloth == std::ranges::none_of(chosen.skipped_materials, [](const std::string& line) {
             return line.ends_with("--material '#1' dresses it");
           }));
     CHECK(test::need(choose_materials(document, Scene(), {.materials = {"#1"}})).materials ==
@@ -320,11 +320,11 @@ TEST_CASE("dress: vertex colours of a garment are the cloth's, unless they are w
       CHECK(scene.primitives[0].colors.empty() == (given && red < 1));
       const std::vector<std::string> said =
           red < 1 ? std::vector<std::string>{"COLOR_0"} : std::vector<std::string>{};
-      if (!given) CHECK(report.materials[0].kept == said);
+      if (!given) CHECK(report.materials[0].kept_members == said);
       if (!given)
         CHECK(scene.materials[0].garment_textures.tint.x ==
               doctest::Approx(red < 1 ? 0.8 / 0.3 : 1).epsilon(1e-3));
-      if (given && red < 1) CHECK(report.materials[0].replaced.front() == "COLOR_0");
+      if (given && red < 1) CHECK(report.materials[0].replaced_members.front() == "COLOR_0");
       CHECK(check_gltf(plain.output).empty());
     }
   }

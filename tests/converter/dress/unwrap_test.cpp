@@ -289,7 +289,7 @@ TEST_CASE("dress: a garment without texture coordinates gets them in metres, wha
     const DressReport report =
         test::need(workshop.dress({.materials = {"#0"}, .unwrap = Unwrapping::always}));
     CHECK(report.unwrap_reports.at(0).chart_count == 4);
-    CHECK(report.materials[0].size.stretch_p95 == doctest::Approx(1).epsilon(1e-4));
+    CHECK(report.materials[0].uv_size.stretch_p95 == doctest::Approx(1).epsilon(1e-4));
     CHECK_FALSE(report.unwrap_reports.at(0).had_uvs);
     CHECK(report.materials[0].repeats.x == doctest::Approx(200).epsilon(1e-4));
     CHECK(report.materials[0].repeats.y == doctest::Approx(250).epsilon(1e-4));
@@ -374,7 +374,7 @@ TEST_CASE("dress: garments of the field are unwrapped with little stretch, skins
     workshop.garment = data + file;
     const DressReport report =
         test::need(workshop.dress({.materials = {"#0"}, .unwrap = Unwrapping::always}));
-    const UvSize& size = report.materials[0].size;
+    const UvSize& size = report.materials[0].uv_size;
     CHECK(size.stretch_p95 < 1.5);
     CHECK(size.fraction_without_uvs == 0);
     CHECK(size.metres_per_uv.x == doctest::Approx(1).epsilon(0.1));

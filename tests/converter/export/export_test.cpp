@@ -27,12 +27,12 @@ YarnData straight_yarn() {
   YarnCurve curve;
   curve.nodes = 4;
   curve.stations = 1;
-  curve.turns = V2i(1, 0);
+  curve.repeat_offset = V2i(1, 0);
   curve.radius = radius;
   data.curves = {curve};
   for (int i = 0; i < curve.nodes; ++i)
     data.nodes.emplace_back(period.x * static_cast<float>(i) / 4, -period.y / 2, height);
-  data.light.assign(light_values_per_station, 0.0F);
+  data.station_light.assign(light_values_per_station, 0.0F);
   return data;
 }
 
@@ -48,7 +48,7 @@ Cloth cloth_on(double width, int rows, int parts, const At& at, const LeftOut& l
   };
   const auto add = [&](Cloth::Corner a, Cloth::Corner b, Cloth::Corner c) {
     if ((b.position - a.position).cross(c.position - a.position).dot(a.normal) < 0) std::swap(b, c);
-    cloth.add({a, b, c});
+    cloth.add_triangle({a, b, c});
   };
   for (int j = 0; j < rows * parts; ++j) {
     for (int i = 0; i < static_cast<int>(std::lround(width * parts)); ++i) {
@@ -57,7 +57,7 @@ Cloth cloth_on(double width, int rows, int parts, const At& at, const LeftOut& l
       add(corner(i + 1, j), corner(i, j + 1), corner(i + 1, j + 1));
     }
   }
-  cloth.join();
+  cloth.assign_patches();
   return cloth;
 }
 

@@ -71,7 +71,7 @@ TEST_CASE("rays meet the strands on the mesh that a file's yarn has there") {
       // Rims are the mesh's, not the round yarn's.
       if (!hit || point.face_normal.z < 0.5F) return;
       YarnPoint seen = yarns.point_at(*hit);
-      yarns.add_strands(seen, {0, 0, 1});
+      yarns.perturb_by_strands(seen, {0, 0, 1});
       const YarnBrdf traced = brdf_at(scene, point);
       ++met;
       same += (traced.normal - V3d(seen.strand_normal)).length() < 0.3 ? 1 : 0;

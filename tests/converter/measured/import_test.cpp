@@ -57,7 +57,7 @@ TEST_CASE("a traced weave comes back from pictures with noise and shifts, within
   const std::string table = folder / "pictures/table.csv";
   const ImportReport report = test::need(import_pictures(table, options, folder / "import.exr"));
   CHECK(report.picture_count == 260);
-  CHECK(report.held_out == 26);
+  CHECK(report.held_out_count == 26);
   CHECK(report.period_mm.x == doctest::Approx(mesh.period.x).epsilon(0.003));
   // Pixels are square: along y the picture is of a cloth that is stretched.
   CHECK(report.period_mm.y ==

@@ -27,9 +27,9 @@ std::vector<std::pair<V3d, V3d>> make_segments(const YarnData& data, std::size_t
   const YarnCurve& c = data.curves[curve];
   std::vector<std::pair<V3d, V3d>> segments;
   for (int i = 0; i < c.nodes; ++i) {
-    const V3d end = i + 1 < c.nodes
-                        ? V3d(data.nodes[first + i + 1])
-                        : V3d(data.nodes[first]) + V3d(c.turns.x * period.x, c.turns.y * period.y, 0);
+    const V3d end = i + 1 < c.nodes ? V3d(data.nodes[first + i + 1])
+                                    : V3d(data.nodes[first]) +
+                                          V3d(c.repeat_offset.x * period.x, c.repeat_offset.y * period.y, 0);
     segments.emplace_back(V3d(data.nodes[first + i]), end);
   }
   return segments;
@@ -68,7 +68,7 @@ void check_found(const CellMesh& mesh, const YarnData& truth, const Bounds& boun
   CHECK(found.explained_fraction <= 1);
   REQUIRE(found.yarns.curves.size() == truth.curves.size());
   YarnData lit = found.yarns;
-  lit.light.resize(std::size_t{light_values_per_station} * counts_of(lit).stations);
+  lit.station_light.resize(std::size_t{light_values_per_station} * counts_of(lit).stations);
   test::need(validate(lit, V2f(mesh.period)));
   std::vector<bool> taken(truth.curves.size(), false);
   for (std::size_t f = 0; f < found.yarns.curves.size(); ++f) {
@@ -85,7 +85,7 @@ void check_found(const CellMesh& mesh, const YarnData& truth, const Bounds& boun
     CHECK(!taken[nearest]);
     taken[nearest] = true;
     CHECK(rms <= bounds.rms * static_cast<double>(was.radius));
-    CHECK((is.turns == was.turns || is.turns == -was.turns));
+    CHECK((is.repeat_offset == was.repeat_offset || is.repeat_offset == -was.repeat_offset));
     CHECK(std::abs(is.radius / was.radius - 1) <= bounds.radius);
     for (int k = 0; k < 3; ++k) CHECK(std::abs(is.albedo[k] - was.albedo[k]) <= bounds.albedo);
   }
@@ -167,7 +167,7 @@ TEST_CASE("noise, missing normals, a new scale and place, and a quarter turn do 
     for (V3f& n : truth.nodes) n = placed(n);
     for (YarnCurve& c : truth.curves) {
       c.radius *= 1e-3F;
-      c.turns = {-c.turns.y, c.turns.x};
+      c.repeat_offset = {-c.repeat_offset.y, c.repeat_offset.x};
     }
     mesh.period = V2d(mesh.period.y, mesh.period.x) * 1e-3;
     check_found(mesh, truth);

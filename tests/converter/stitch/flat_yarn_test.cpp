@@ -110,7 +110,7 @@ TEST_CASE(
     CHECK(area_of(mesh) == doctest::Approx(4 * perimeter_of(a, b)).epsilon(3e-3));
     // Level -1 reaches as high.
     YarnData data = test::need(yarn_curves_of(pattern));
-    data.light.assign(std::size_t{light_values_per_station} * data.curves[0].stations, 0);
+    data.station_light.assign(std::size_t{light_values_per_station} * data.curves[0].stations, 0);
     const Yarns yarns(std::move(data), V2f(pattern.period_mm));
     CHECK(static_cast<double>(yarns.geometry().max_z - yarns.geometry().min_z) ==
           doctest::Approx(2 * high).epsilon(5e-3));
@@ -137,7 +137,7 @@ TEST_CASE("mesh and level -1 have the same flat yarn: rays meet both at the same
     for (V3f& node : data.nodes) node.z += up;
     int stations = 0;
     for (const YarnCurve& curve : data.curves) stations += curve.stations;
-    data.light.assign(std::size_t{light_values_per_station} * stations, 0);
+    data.station_light.assign(std::size_t{light_values_per_station} * stations, 0);
     const Yarns yarns(std::move(data), V2f(mesh.period));
     std::vector<float> apart;
     std::vector<float> turned;
@@ -146,7 +146,7 @@ TEST_CASE("mesh and level -1 have the same flat yarn: rays meet both at the same
       const V3f& at = mesh.positions[v];
       const auto hit = yarns.trace({at.x / mesh.period.x, -at.y / mesh.period.y}, 0, {0, 0, 1});
       REQUIRE(hit);
-      const float above = yarns.geometry().segments[hit->segment].start.z + hit->from_start.z - at.z;
+      const float above = yarns.geometry().segments[hit->segment].start.z + hit->start_offset.z - at.z;
       if (above > 0.1F) continue;  // another yarn lies above
       apart.push_back(std::abs(above));
       turned.push_back((yarns.point_at(*hit).normal - mesh.normals[v]).length());

@@ -51,7 +51,7 @@ TEST_CASE("rays to the hairs of the mesh meet the hairs of a file's yarn") {
   REQUIRE(data.curves.size() == 1);
   data.curves[0].hairs.radius = 0.03F;
   data.curves[0].hairs.opacity = 1;
-  data.light.assign(std::size_t{light_values_per_station} * data.curves[0].stations, 0);
+  data.station_light.assign(std::size_t{light_values_per_station} * data.curves[0].stations, 0);
   const V2f period(mesh.period);
   const Yarns yarns(data, period);
   const auto scene = test::need(RayScene::create(mesh, "hairy"));
@@ -96,7 +96,7 @@ TEST_CASE("hairs are as long together as the hairiness says, and exponential up 
   CHECK(static_cast<double>(short_ones) / count == doctest::Approx(0.5 / (1 - std::exp(-3.0))).epsilon(0.06));
   CHECK(hairs.radius[0] == doctest::Approx(0.0115));
   CHECK(static_cast<double>(hairs.transparency[0]) ==
-        doctest::Approx(forward_fraction(yarn_kinds()[2].refractive_index)));
+        doctest::Approx(forward_transmitted_fraction(yarn_kinds()[2].refractive_index)));
 }
 
 TEST_CASE("the same seed grows the same hairs, another one others, and too many are refused") {

@@ -37,7 +37,7 @@ TEST_CASE("layers are chosen within the budget, and more bytes never make the ch
       test::need(LayerFitter::create(seen_of(cloth.fabric), cloth.header, cloth.truth, cloth.options));
   double last = 1e9;
   for (const double bytes : {4000.0, 8000.0, 28000.0, 1e6}) {
-    const LayerFit chosen = fitter.choose(bytes);
+    const LayerFit chosen = fitter.choose_within(bytes);
     REQUIRE(validate(chosen.fabric));
     REQUIRE(chosen.fabric.levels.size() == 5);
     CHECK(chosen.bytes <= bytes);
@@ -62,7 +62,7 @@ TEST_CASE("products are as bright as the validation pairs and measured ones, wit
     const auto fitter =
         test::need(LayerFitter::create(seen_of(cloth.fabric), cloth.header, measured ? few : scaled,
                                        cloth.options, {}, measured ? scaled : PairSamples{}));
-    const LayerFit fit = fitter.choose(4000);
+    const LayerFit fit = fitter.choose_within(4000);
     const FabricLevel& level = fit.fabric.levels.front();
     REQUIRE(level.has(LayerKind::products));
     V3d sum(0, 0, 0);
@@ -101,7 +101,7 @@ TEST_CASE("the choice of layers scales with the radiance") {
       for (V3f& r : *radiance) r *= factor;
     }
     const auto fitter = test::need(LayerFitter::create(seen, header, truth, options));
-    const LayerFit chosen = fitter.choose(28000);
+    const LayerFit chosen = fitter.choose_within(28000);
     REQUIRE(validate(chosen.fabric));
     std::string text;
     for (const FabricLevel& level : chosen.fabric.levels)

@@ -97,7 +97,7 @@ TEST_CASE("the gradient belongs to the cost") {
   options.ridge = 1e-3;
   ChannelProblem problem(samples, 0, options);
   StartSearch search;
-  search.set(samples);
+  search.set_samples(samples);
   ChannelState state = search.starts(0, 2, 1).front();
   for (LobeShape& shape : state.shapes) {
     shape.direction[(longest_component(shape) + 1) % 3] -= 0.1;
@@ -124,7 +124,7 @@ TEST_CASE("the search from the dictionary's starts is as good as the best of 20 
     for (int c = 0; c < 3; ++c) {
       ChannelProblem problem(samples, c, options.channel);
       Random random(static_cast<std::uint64_t>(seed));
-      double best = problem.energy();
+      double best = problem.weighted_squared_radiance();
       for (int restart = 0; restart < 20; ++restart) {
         ChannelState state;
         for (int lobe = 0; lobe < 2; ++lobe) {

@@ -16,7 +16,7 @@ TEST_CASE("the size of a layer is known before it is written") {
   fabric.levels.resize(1);
   const std::vector<float> opacity = fabric.levels[0][LayerKind::opacity].values;
   REQUIRE(write_fabric(folder / "with.exr", fabric));
-  fabric.levels[0].remove(LayerKind::opacity);
+  fabric.levels[0].remove_layer(LayerKind::opacity);
   REQUIRE(write_fabric(folder / "without.exr", fabric));
   // The part has 64 channels in the header, and the previews differ.
   const auto difference = static_cast<double>(std::filesystem::file_size(folder / "with.exr")) -

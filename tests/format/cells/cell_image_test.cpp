@@ -59,8 +59,8 @@ std::vector<std::int32_t> pieces_of_segments(const Yarns& yarns) {
 TEST_CASE("a point of an image is lit as Yarns lights it: strands, gloss, indirect light, light through") {
   Random random(3);
   YarnData data = stranded(random, true);
-  for (float& value : data.light) value *= static_cast<float>(0.5 + random.uniform());
-  data.through = data.light;
+  for (float& value : data.station_light) value *= static_cast<float>(0.5 + random.uniform());
+  data.light_through = data.station_light;
   const Yarns yarns(std::move(data), period);
   const CellYarn cell(yarns, plane, {});
   const std::vector<std::int32_t> numbers = pieces_of_segments(yarns);
@@ -79,7 +79,7 @@ TEST_CASE("a point of an image is lit as Yarns lights it: strands, gloss, indire
       const auto hit = yarns.trace(V2d(random.uniform(), random.uniform()), plane, view.view);
       if (!hit) continue;
       YarnPoint point = yarns.point_at(*hit);
-      yarns.add_strands(point, view.view);
+      yarns.perturb_by_strands(point, view.view);
       V3f sum(0, 0, 0);
       for (const CellLamp& lamp : view.lamps) {
         const V3f above(lamp.direction.x, lamp.direction.y, std::abs(lamp.direction.z));
@@ -89,7 +89,7 @@ TEST_CASE("a point of an image is lit as Yarns lights it: strands, gloss, indire
                lamp.irradiance;
         if (!through) sum += yarns.direct_reflectance(point, lamp.direction, view.view) * lamp.irradiance;
       }
-      points.push_back({numbers[hit->segment], hit->from_start});
+      points.push_back({numbers[hit->segment], hit->start_offset});
       expected.push_back(sum);
       of_hairs += point.is_hair ? 1 : 0;
     }
@@ -115,7 +115,7 @@ TEST_CASE("the splatter sees what rays see, from everywhere, hairs and flat sect
     for (std::size_t c = 0; c < data.curves.size(); ++c) {
       YarnCurve& curve = data.curves[c];
       curve.nodes = 64;
-      curve.turns = c % 2 == 0 ? V2i(1, 0) : V2i(0, 1);
+      curve.repeat_offset = c % 2 == 0 ? V2i(1, 0) : V2i(0, 1);
       for (int i = 0; i < curve.nodes; ++i) {
         const float fraction = static_cast<float>(i) / 64;
         const float wave =
@@ -144,7 +144,7 @@ TEST_CASE("the splatter sees what rays see, from everywhere, hairs and flat sect
           if (met != hit.has_value()) {
             ++apart;
           } else if (hit) {
-            const float depth = yarns.geometry().segments[hit->segment].start.z + hit->from_start.z;
+            const float depth = yarns.geometry().segments[hit->segment].start.z + hit->start_offset.z;
             apart += std::abs(z - depth) < 0.02F ? 0 : 1;
           }
         }
@@ -169,7 +169,7 @@ TEST_CASE("hairs drawn as lines are as bright and as opaque as fine samples of t
   const auto mean = [&](float samples, float detail) {
     view.size = cell_size(pixel, samples);
     // Hairs as wide, whatever the samples.
-    view.rays_per_pixel = detail;
+    view.rays_per_pixel_side = detail;
     CellImage image;
     make_cell_image({&cell, &shadows, nullptr}, view, scratch, image);
     Imath::V4d sum(0, 0, 0, 0);
@@ -210,7 +210,7 @@ TEST_CASE("an image has the mean radiance and opacity of rays with shadows, what
                               Case{1 / 20.0F, 2, true, 0.03}, Case{1 / 4.0F, 4, false, 0.03}}) {
     CAPTURE(example.pixel);
     view.size = cell_size({example.pixel, example.pixel}, example.samples);
-    view.shading_block = example.coarse ? 2 : 1;
+    view.shading_block_size = example.coarse ? 2 : 1;
     view.shadow_texels_per_pixel = 4;
     CellShadows shadows(cell);
     CellScratch scratch;
@@ -271,7 +271,8 @@ TEST_CASE("images of cells of 0.01 mm and 10 m, of grazing views and lights, and
 TEST_CASE("the sky of yarn follows its colour and its place, whatever yarn came before") {
   Random random(9);
   YarnData data = stranded(random, true);
-  for (std::vector<float>* light : {&data.light, &data.through}) std::ranges::fill(*light, 0.0F);
+  for (std::vector<float>* light : {&data.station_light, &data.light_through})
+    std::ranges::fill(*light, 0.0F);
   for (YarnCurve& curve : data.curves) curve.gloss.weight = 0;
   const std::vector<float> bright = sky_transfer(Yarns(data, period));
   for (YarnCurve& curve : data.curves) curve.albedo *= 0.5F;
@@ -292,12 +293,12 @@ TEST_CASE("a thousand fat curves in a cell are refused, and as many as may be ma
     const V3f moved(0, side * static_cast<float>(random.uniform()), static_cast<float>(random.uniform()));
     for (const V3f& node : one.nodes) fat.nodes.push_back(node + moved);
     fat.curves.push_back(one.curves[0]);
-    fat.light.insert(fat.light.end(), one.light.begin(), one.light.end());
+    fat.station_light.insert(fat.station_light.end(), one.station_light.begin(), one.station_light.end());
   }
   CHECK(test::error_of(validate(fat, {side, side})).place == "curve 29");
   fat.curves.resize(most);
   fat.nodes.resize(4 * most);
-  fat.light.resize(most * light_values_per_station);
+  fat.station_light.resize(most * light_values_per_station);
   test::need(validate(fat, {side, side}));
   const Yarns yarns(std::move(fat), {side, side});
   const CellYarn cell(yarns, 1, {});

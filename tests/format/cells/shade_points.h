@@ -19,9 +19,9 @@ inline std::vector<V3f> shade_points(const CellYarn& yarn, const YarnPieces& pie
   std::vector<FrontLamp> lamps;
   for (const CellLamp& lamp : view.lamps) {
     if (lamp.direction.z > 0)
-      lamps.push_back({.raised_direction = lifted(lamp.direction),
+      lamps.push_back({.raised_direction = clamp_rise(lamp.direction),
                        .irradiance = lamp.irradiance,
-                       .horizon_fade = std::min(1.0F, lamp.direction.z / min_rise)});
+                       .horizon_fade = std::min(1.0F, lamp.direction.z / min_ray_rise)});
   }
   std::vector<Group> table;
   const std::vector<LightSlot> slots = fill_station_table(yarn, view, {}, false, table);

@@ -25,7 +25,7 @@ TEST_CASE("a Lambert texel gives albedo / pi times the light's cosine, from ever
 TEST_CASE("lobes are reciprocal, and turn with the frame of their texel") {
   Fabric fabric = test::random_fabric(4, 4, {2, 2}, 2, 9);
   FabricLevel& level = fabric.levels[0];
-  level.remove(LayerKind::table);
+  level.remove_layer(LayerKind::table);
   const auto radiance = [&](const V3f& light, const V3f& view) {
     return evaluate(fabric, 0, 1, 2, light, view).radiance;
   };
@@ -58,7 +58,7 @@ TEST_CASE("lobes are reciprocal, and turn with the frame of their texel") {
 TEST_CASE("at a stored view opacity is the stored one, and the table a factor of its own entry") {
   const Fabric fabric = test::random_fabric(4, 4, {4, 4}, 2, 9);
   Fabric bare = fabric;
-  bare.levels[0].remove(LayerKind::table);
+  bare.levels[0].remove_layer(LayerKind::table);
   const V3f light = V3f(0.3F, -0.2F, 0.9F).normalized();
   for (int entry = 0; entry < 16 * 16; ++entry) {
     const int texel = entry / 16;
@@ -103,8 +103,8 @@ TEST_CASE("the colour of a hole takes no part in the interpolation of the table"
   Fabric fabric = test::lambert_fabric(1, 1, {1, 1, 1});
   fabric.views = {2, 1};
   FabricLevel& level = fabric.levels[0];
-  level.set(LayerKind::opacity, {2, {1, 0}});
-  level.set(LayerKind::table, {6, {1, 1, 1, 9, 9, 9}});
+  level.set_layer(LayerKind::opacity, {2, {1, 0}});
+  level.set_layer(LayerKind::table, {6, {1, 1, 1, 9, 9, 9}});
   // Half way between the two cells.
   const Shading s = evaluate(fabric, 0, 0, 0, {0, 0, 1}, {0, 0, 1});
   CHECK(s.alpha == doctest::Approx(0.5));
@@ -123,9 +123,9 @@ TEST_CASE("no weights turn the largest number into an infinity") {
   FabricLevel level;
   level.width = 1;
   level.height = 1;
-  level.set(LayerKind::lobes, {3, {0, 1, most}});
-  level.add(LayerKind::table, 12, most);
-  level.set(LayerKind::opacity, {4, {0.1F, 0.7F, 0.3F, 0.9F}});
+  level.set_layer(LayerKind::lobes, {3, {0, 1, most}});
+  level.add_layer(LayerKind::table, 12, most);
+  level.set_layer(LayerKind::opacity, {4, {0.1F, 0.7F, 0.3F, 0.9F}});
   fabric.levels.push_back(level);
   for (const DirectionPair& pair : random_direction_pairs(1000, 0.05, 3)) {
     const Shading s = evaluate(fabric, 0, 0, 0, pair.light, pair.view);

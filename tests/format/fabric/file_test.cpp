@@ -55,9 +55,9 @@ TEST_CASE("a fabric comes back from its file bit by bit") {
 TEST_CASE("layers and levels that a fabric lacks stay absent") {
   const Folder folder;
   Fabric fabric = test::random_fabric(8, 8, {2, 2}, 1, 5);
-  fabric.levels[1].remove(LayerKind::table);
-  fabric.levels[2].remove(LayerKind::lobes);
-  for (FabricLevel& level : fabric.levels) level.remove(LayerKind::frame);
+  fabric.levels[1].remove_layer(LayerKind::table);
+  fabric.levels[2].remove_layer(LayerKind::lobes);
+  for (FabricLevel& level : fabric.levels) level.remove_layer(LayerKind::frame);
   fabric.levels.pop_back();
   REQUIRE(write_fabric(folder / "a.exr", fabric));
   const auto read = test::need(read_fabric(folder / "a.exr"));
@@ -92,7 +92,7 @@ TEST_CASE("half precision keeps 11 bits up to 65504, steps of 2^-24 near 0, and 
   fabric.views = {9, 1};
   std::vector<float> table;
   for (const auto& [given, stored] : kept) table.insert(table.end(), 3, given);
-  fabric.levels[0].set(LayerKind::table, {27, table});
+  fabric.levels[0].set_layer(LayerKind::table, {27, table});
   FabricWriteOptions options;
   options.half_layers = LayerSet::all();
   test::need(write_fabric(folder / "a.exr", fabric, options));
@@ -111,7 +111,7 @@ TEST_CASE("an invalid fabric is not written") {
   SUBCASE("a table with an entry missing") {
     Layer table = fabric.levels[0][LayerKind::table];
     table.values.pop_back();
-    fabric.levels[0].set(LayerKind::table, table);
+    fabric.levels[0].set_layer(LayerKind::table, table);
   }
   SUBCASE("no levels") { fabric.levels.clear(); }
   SUBCASE("no size") { fabric.period_mm.x = 0; }
@@ -145,11 +145,11 @@ TEST_CASE("functions of levels that begin after level 0 are stored as they are r
   // The last level alone has products: one texel, fewer than there are values of functions.
   for (FabricLevel& level : fabric.levels) {
     if (level.texels() == 1) continue;
-    level.remove(LayerKind::products);
+    level.remove_layer(LayerKind::products);
     level.bases.reset();
   }
   const ProductBases before = *fabric.levels.back().bases;
-  const Fabric stored = as_stored(fabric, LayerSet::all());
+  const Fabric stored = round_to_stored_precision(fabric, LayerSet::all());
   const ProductBases& after = *stored.levels.back().bases;
   REQUIRE(after.view.size() == before.view.size());
   for (std::size_t i = 0; i < before.view.size(); ++i)

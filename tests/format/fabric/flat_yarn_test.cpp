@@ -20,7 +20,7 @@ constexpr double root = std::numbers::sqrt2 / 2;
 /// A level yarn along (1, 1) through cells of 2 x 2 mm, its axis at 0.4 mm.
 YarnData aslant(float flattening) {
   YarnData data = straight(2, 0.3F);
-  data.curves[0].turns = {1, 1};
+  data.curves[0].repeat_offset = {1, 1};
   data.curves[0].flattening = flattening;
   for (int i = 0; i < 4; ++i) {
     const float along = 0.5F * static_cast<float>(i);
@@ -83,7 +83,7 @@ TEST_CASE("rays meet the elliptic cylinder that a straight flat yarn is, and are
       }
       if (!hit) continue;
       ++met;
-      const V2d at = across_and_up(V3d(data.nodes[hit->segment] + hit->from_start));
+      const V2d at = across_and_up(V3d(data.nodes[hit->segment] + hit->start_offset));
       const double z = at.y - static_cast<double>(0.4F);
       CHECK(std::pow(at.x / truth.a, 2) + std::pow(z / truth.b, 2) == doctest::Approx(1).epsilon(1e-4));
       const YarnPoint point = yarns.point_at(*hit);
@@ -118,7 +118,7 @@ TEST_CASE("a flat yarn is the less flat the more steeply it stands, and keeps it
     if (!hit) continue;
     const V3d along(yarns.geometry().segments[hit->segment].along);
     const V3d way = along.normalized();
-    const V3d off(hit->from_start);
+    const V3d off(hit->start_offset);
     if (off.dot(way) < 0.2 || off.dot(way) > along.length() - 0.2) continue;
     ++met;
     const double fraction = 1 - 0.5 * (1 - std::pow(way.z, 4));  // of thickness in width
@@ -171,7 +171,7 @@ TEST_CASE("the surface about a station is that which rays meet") {
   data.curves[0].flattening = 0.5F;
   data.curves[0].nodes = 64;
   data.curves[0].stations = 8;
-  data.light.resize(8 * data.light.size());
+  data.station_light.resize(8 * data.station_light.size());
   data.nodes.clear();
   for (int i = 0; i < 64; ++i) {
     const float angle = std::numbers::pi_v<float> * static_cast<float>(i) / 32;
@@ -193,7 +193,7 @@ TEST_CASE("the surface about a station is that which rays meet") {
     ++met;
     const YarnPoint point = yarns.point_at(*hit);
     CHECK((point.normal - frame.surface_normal(round)).length() < 0.05F);
-    CHECK(point.cosine == doctest::Approx(std::cos(angle)).epsilon(0.05));
+    CHECK(point.angle_cosine == doctest::Approx(std::cos(angle)).epsilon(0.05));
   }
   CHECK(met > 10);
 }

@@ -13,7 +13,7 @@ Fabric with_holes(int open) {
   fabric.period_mm = {5, 5};
   for (std::size_t k = 0; k < fabric.levels.size(); ++k) {
     FabricLevel& level = fabric.levels[k];
-    level.add(LayerKind::opacity, 1, k == 0 ? 1.0F : 0.0F);
+    level.add_layer(LayerKind::opacity, 1, k == 0 ? 1.0F : 0.0F);
     for (int y = 0; k > 0 && y < level.height; ++y) {
       for (int x = 0; x < level.width; ++x) {
         const FabricLevel& finer = fabric.levels[k - 1];

@@ -199,7 +199,7 @@ TEST_CASE("lights of light tables and products are drawn as their density says")
   Fabric fabric = test::random_product_fabric(6, 4, {2, 3}, 2, 12);
   check_fabric(fabric, {0, 0.7, 1}, 40);
   // Without frames, cells are the cosine's.
-  for (const LayerKind kind : {LayerKind::frame, LayerKind::lobes}) fabric.levels[0].remove(kind);
+  for (const LayerKind kind : {LayerKind::frame, LayerKind::lobes}) fabric.levels[0].remove_layer(kind);
   check_fabric(fabric, {0, 0.7}, 50);
 }
 

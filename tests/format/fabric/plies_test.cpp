@@ -28,7 +28,7 @@ TEST_CASE("plies of a straight yarn are the helices of the formula, right-handed
       CHECK((V3d(segments[i].start) - place).length() < 1e-6);
       CHECK((V3d(segments[i].axis_to_ply[0]) - out).length() < 1e-6);
       CHECK(static_cast<double>(segments[i].radius) == doctest::Approx(radius));
-      CHECK(static_cast<double>(segments[i].station) == doctest::Approx(fraction));
+      CHECK(static_cast<double>(segments[i].start_station) == doctest::Approx(fraction));
       // The last segment of a ply reaches the first of that which it goes on as.
       const bool last = i % 32 == 31;
       const std::size_t ply = (i / 32 + (last ? 3 * 2 + shift : 0)) % 3;
@@ -57,7 +57,7 @@ TEST_CASE("rays meet plies as they meet round yarns in their places") {
     round.curves.push_back(curve);
     for (int n = 0; n < curve.nodes; ++n) round.nodes.push_back(segments[i++].start);
   }
-  round.light.assign(std::size_t{light_values_per_station} * counts_of(round).stations, 0);
+  round.station_light.assign(std::size_t{light_values_per_station} * counts_of(round).stations, 0);
   REQUIRE(validate(round, period));
   const Yarns chains(round, period);
   int met = 0;
@@ -81,7 +81,7 @@ TEST_CASE("rays meet plies as they meet round yarns in their places") {
 TEST_CASE("indirect light of plies belongs to the axis and its sides, and the groove changes it") {
   YarnData data = straight(2, 0.5F);
   data.curves[0].plies = {3, 8, 0, 0, {0.5F, 0, -0.25F}};
-  data.light[0] = data.light[1] = data.light[2] = 0.25F;
+  data.station_light[0] = data.station_light[1] = data.station_light[2] = 0.25F;
   const Yarns yarns(data, {2, 2});
   int outermost = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -95,14 +95,15 @@ TEST_CASE("indirect light of plies belongs to the axis and its sides, and the gr
     const V3d out(0, -std::sin(angle), std::cos(angle));
     CHECK(static_cast<double>(point.outward_cosine) ==
           doctest::Approx(out.dot(V3d(point.normal))).epsilon(1e-4));
-    CHECK(point.cosine == doctest::Approx(point.normal.z).epsilon(1e-4));
+    CHECK(point.angle_cosine == doctest::Approx(point.normal.z).epsilon(1e-4));
     const LightTransfer transfer = yarns.transfer_at(point);
     CHECK(transfer[0] == doctest::Approx(0.25F * (1 + 0.5F * point.outward_cosine)));
     CHECK(transfer[1] == 0.25F);
     CHECK(transfer[2] == doctest::Approx(0.25F * (1 - 0.25F * point.outward_cosine)));
     CHECK(point.ply_side.x == doctest::Approx(out.z).epsilon(1e-4));
     CHECK(angle_factors({3, 8, 0, 0, {}, 1}, point)[3] == point.ply_side.x);
-    CHECK(angle_factors({3, 8, 0, 0, {}, 0}, point)[3] == angle_basis(point.cosine, point.sine)[3]);
+    CHECK(angle_factors({3, 8, 0, 0, {}, 0}, point)[3] ==
+          angle_basis(point.angle_cosine, point.angle_sine)[3]);
     if (point.outward_cosine > 0.99F) ++outermost;
   }
   CHECK(outermost > 20);

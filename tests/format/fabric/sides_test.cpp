@@ -122,8 +122,8 @@ TEST_CASE("a fabric turned over shows its back, and turned again its front") {
   const YarnData& yarn = fabric.levels.front().yarns()->data();
   const Yarns turned(turned_over(*fabric.levels.front().yarns(), 2.5F), fabric.period_mm);
   const YarnData again = turned_over(turned, 2.5F);
-  CHECK(again.light == yarn.light);
-  CHECK(again.through == yarn.through);
+  CHECK(again.station_light == yarn.station_light);
+  CHECK(again.light_through == yarn.light_through);
   CHECK(again.curves == yarn.curves);
   for (std::size_t n = 0; n < yarn.nodes.size(); ++n)
     CHECK((again.nodes[n] - yarn.nodes[n]).length() < 1e-6F);
@@ -150,7 +150,7 @@ TEST_CASE("a place on yarn has the same light whichever side the yarn is known f
   // The first curve stands upright at its first node, where angles count from the x axis; the second lies.
   const auto lead = [&](int curve, const V3f& way) {
     const int first = 12 * curve;
-    const V2i& turns = data.curves[curve].turns;
+    const V2i& turns = data.curves[curve].repeat_offset;
     data.nodes[first + 1] = data.nodes[first] + way;
     data.nodes[first + 11] =
         data.nodes[first] - way + V3f(5 * static_cast<float>(turns.x), 4 * static_cast<float>(turns.y), 0);
@@ -169,13 +169,13 @@ TEST_CASE("a place on yarn has the same light whichever side the yarn is known f
         YarnPoint point;
         point.curve = curve;
         point.station = static_cast<float>(station);
-        point.cosine = std::cos(angle);
-        point.sine = std::sin(angle);
-        const V3f normal =
-            mirrored(frame.across * point.cosine + frame.tangent.cross(frame.across) * point.sine);
+        point.angle_cosine = std::cos(angle);
+        point.angle_sine = std::sin(angle);
+        const V3f normal = mirrored(frame.across * point.angle_cosine +
+                                    frame.tangent.cross(frame.across) * point.angle_sine);
         YarnPoint seen = point;
-        seen.cosine = normal.dot(other.across);
-        seen.sine = normal.dot(other.tangent.cross(other.across));
+        seen.angle_cosine = normal.dot(other.across);
+        seen.angle_sine = normal.dot(other.tangent.cross(other.across));
         for (const bool through : {false, true}) {
           const LightTransfer here = yarns.transfer_at(point, through);
           const LightTransfer there = turned.transfer_at(seen, !through);
@@ -217,7 +217,7 @@ TEST_CASE("sides that do not fit the front are refused") {
   fabric = test::four_sides();
   other = *fabric.find_side(Side::back);
   for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table})
-    other.levels[1].remove(kind);
+    other.levels[1].remove_layer(kind);
   fabric.add_side(other);
   CHECK(validate(fabric).error().place == "level 1/back");
   fabric = test::four_sides();

@@ -19,7 +19,7 @@ YarnData hairy(int plies, const YarnHairs& hairs) {
   YarnData data;
   YarnCurve curve;
   curve.stations = 5;
-  curve.turns = {1, 0};
+  curve.repeat_offset = {1, 0};
   curve.radius = 0.25F;
   curve.fibre_slope = 0.3F;
   curve.hairs = hairs;
@@ -28,7 +28,7 @@ YarnData hairy(int plies, const YarnHairs& hairs) {
   for (int n = 0; n < 8; ++n) data.nodes.emplace_back(0.5F * static_cast<float>(n), 1, 1);
   curve.nodes = 8;
   data.curves.push_back(curve);
-  data.light.assign(std::size_t{light_values_per_station} * curve.stations, 0);
+  data.station_light.assign(std::size_t{light_values_per_station} * curve.stations, 0);
   return data;
 }
 
@@ -63,7 +63,7 @@ TEST_CASE("lengths of hairs are exponential up to three times their mean, and fr
   double squares = 0;
   double straight = 0;
   for (int h = 0; h < hairs.count; ++h) {
-    const auto points = hair_shape(hairs, 99, h);
+    const auto points = hair_points(hairs, 99, h);
     const double length = length_of(points);
     sum += length;
     squares += length * length;
@@ -90,7 +90,7 @@ TEST_CASE("a fraction of hairs are loops, which end on the plane of their roots,
   const YarnHairs hairs{20000, 0.5F, 0.3F, 0.01F, 1};
   int loops = 0;
   for (int h = 0; h < hairs.count; ++h) {
-    const auto points = hair_shape(hairs, 7, h);
+    const auto points = hair_points(hairs, 7, h);
     if (std::abs(points[7].z) > 1e-12) continue;
     ++loops;
     CHECK(points[7].x > 0);
@@ -139,7 +139,7 @@ TEST_CASE("the hairs of yarn turned over are those that it had, in a mirror") {
       if (upright) {
         data.nodes = {{1, 1, 1}, {1, 1, 1.5F}, {1.5F, 1, 2}, {2, 1, 1.5F}, {2, 1, 1}, {1.5F, 1.1F, 0.5F}};
         data.curves[0].nodes = 6;
-        data.curves[0].turns = {0, 0};
+        data.curves[0].repeat_offset = {0, 0};
       }
       const Yarns yarns(data, period);
       const YarnData turned = turned_over(yarns, 2.5F);
@@ -202,7 +202,7 @@ TEST_CASE(
   data.curves[0].plies = {3, 4, 1, 0, {0, 0, 0}};
   for (const Yarns::Segment& s : make_segments(data.curves[0], data.nodes, period)) {
     const double thick =
-        strand_swell(data.curves[0].strands, static_cast<double>(s.station) / 5, thickness_noise_byte);
+        strand_swell(data.curves[0].strands, static_cast<double>(s.start_station) / 5, thickness_noise_byte);
     const double off = V2d(static_cast<double>(s.start.y) - 1, static_cast<double>(s.start.z) - 1).length();
     CHECK(off == doctest::Approx(0.25 * (1 - unit_ply_radius(3)) * thick).epsilon(1e-4));
   }

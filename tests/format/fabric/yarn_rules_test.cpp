@@ -11,7 +11,7 @@ using namespace selvedge::test;
 TEST_CASE("refuses plies of more nodes than a file may have, and plies that stand still") {
   YarnData data = straight(2, 0.04F);
   data.curves[0].nodes = 4096;
-  data.curves[0].turns = {64, 0};
+  data.curves[0].repeat_offset = {64, 0};
   data.nodes.clear();
   for (int i = 0; i < 4096; ++i) data.nodes.emplace_back(static_cast<float>(i) / 32, 1, 0.5F);
   data.curves[0].plies = {4, 64, 0, 0, {0, 0, 0}};
@@ -19,7 +19,7 @@ TEST_CASE("refuses plies of more nodes than a file may have, and plies that stan
   data.curves[0].plies.count = 5;
   CHECK(validate(data, {2, 2}).error().place == "nodes");
   // A ring as narrow as the way from its axis to a ply in the middle.
-  data.curves[0].turns = {0, 0};
+  data.curves[0].repeat_offset = {0, 0};
   data.curves[0].radius = 0.5F;
   data.curves[0].nodes = 4;
   data.curves[0].plies = {2, 1, 0, 0, {0, 0, 0}};
@@ -36,12 +36,12 @@ TEST_CASE("values of yarn have all fields, then the nodes, and fewer or more fie
   data.curves[0].plies = {3, 8, -7, 0.75F, {0.5F, 0.25F, -0.125F}, 1};
   data.curves[0].strands = {-45, 6, 135, 77, 0.25F, 3, 0.375F, 0.5F, 0.25F};
   const YarnCounts counts = counts_of(data);
-  CHECK(counts.fields == 36);
+  CHECK(counts.values_per_curve == 36);
   const auto read = [&](std::vector<float> values, int fields) {
     values.insert(values.begin() + 36, 9.0F);  // of a later version
     values.erase(values.begin() + fields, values.begin() + 37);
     YarnCounts changed = counts;
-    changed.fields = fields;
+    changed.values_per_curve = fields;
     return need(yarns_from_values(values, indirect_values(data), changed, period));
   };
   const std::vector<float> values = curve_values(data);

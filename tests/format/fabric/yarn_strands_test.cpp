@@ -30,7 +30,7 @@ TEST_CASE("the hash of strands is undone by the inverse that its author publishe
   Random random(1);
   for (int i = 0; i < 1000; ++i) {
     const auto x = static_cast<std::uint32_t>(random.next());
-    std::uint32_t y = strand_hash(x);
+    std::uint32_t y = hash32(x);
     y = (y ^ y >> 16) * 0x43021123U;
     y = (y ^ y >> 15 ^ y >> 30) * 0x1d69e2a5U;
     CHECK((y ^ y >> 16) == x);
@@ -51,10 +51,11 @@ TEST_CASE("strands differ with a mean of 0 and the stated variances, and neighbo
     const auto change = strand_perturbation(own, around, fraction);
     const auto next = strand_perturbation(own, around + 1.0 / 40, fraction);
     // In the middle of a strand its roundness has no slope.
-    const std::array<double, 4> values{change.across / strand_tilt, change.along / strand_lift,
-                                       change.turn / strand_sway, (change.brightness - 1) / default_contrast};
+    const std::array<double, 4> values{
+        change.across / strand_slope_across_rms, change.along / strand_slope_along_rms,
+        change.turn / strand_fibre_turn_rms, (change.brightness - 1) / default_contrast};
     for (std::size_t k = 0; k < values.size(); ++k) moments[k].add(values[k]);
-    product.add(values[0] * next.across / strand_tilt);
+    product.add(values[0] * next.across / strand_slope_across_rms);
     product.add(values[0] * values[1]);
     product.add(values[2] * values[3]);
   }
@@ -124,7 +125,7 @@ TEST_CASE("a strand turns normal and fibre by its slopes, and faces the viewer")
   const V3d view = V3d(0.2, -0.1, 1).normalized();
   V3d normal(0, 0, 1);
   V3d fibre(1, 0, 0);
-  turn_to_strand(StrandPerturbation<double>{0.3, -0.1, 0, 1}, view, normal, fibre);
+  perturb_by_strand(StrandPerturbation<double>{0.3, -0.1, 0, 1}, view, normal, fibre);
   // The plane that rises by 0.1 along x and falls by 0.3 along F x N = -y.
   const V3d plane = V3d(-0.1, -0.3, 1).normalized();
   CHECK((normal - plane).length() < 1e-12);
@@ -133,7 +134,7 @@ TEST_CASE("a strand turns normal and fibre by its slopes, and faces the viewer")
   normal = {0, 0, 1};
   fibre = {1, 0, 0};
   const V3d low = V3d(0, 1, 0.1).normalized();
-  turn_to_strand(StrandPerturbation<double>{0.5, 0, 0, 1}, low, normal, fibre);
+  perturb_by_strand(StrandPerturbation<double>{0.5, 0, 0, 1}, low, normal, fibre);
   CHECK(normal.dot(low) > 0.04);
 }
 
@@ -143,7 +144,7 @@ TEST_CASE("the strands of yarn turned over are those that it had, in a mirror") 
   // The first curve stands upright at its first node, the second lies.
   for (const int curve : {0, 1}) {
     const V3f way = curve == 0 ? V3f(0, 0, 0.5F) : V3f(0.5F, 0, 0);
-    const V2i& turns = data.curves[curve].turns;
+    const V2i& turns = data.curves[curve].repeat_offset;
     data.nodes[12 * curve + 1] = data.nodes[12 * curve] + way;
     data.nodes[12 * curve + 11] = data.nodes[12 * curve] - way +
                                   V3f(5 * static_cast<float>(turns.x), 4 * static_cast<float>(turns.y), 0);
@@ -164,8 +165,8 @@ TEST_CASE("the strands of yarn turned over are those that it had, in a mirror") 
       // Seen from beside, so that no strand is turned to face the viewer.
       if (std::abs(point.normal.z) > 0.4F) continue;
       const V3f view = V3f(point.normal.x, point.normal.y, 0).normalized();
-      yarns.add_strands(point, view);
-      turned.add_strands(other, view);
+      yarns.perturb_by_strands(point, view);
+      turned.perturb_by_strands(other, view);
       ++compared;
       CHECK(other.brightness == doctest::Approx(point.brightness).epsilon(1e-3));
       CHECK((mirror(other.strand_normal) - point.strand_normal).length() < 1e-2F);

@@ -29,7 +29,8 @@ Entry first_entry(const YarnData& data, const V2f& period, const V3d& origin, co
     for (int i = 0; i < curve.nodes; ++i) {
       const V3d a(data.nodes[first + i]);
       V3d b(data.nodes[first + (i + 1) % curve.nodes]);
-      if (i + 1 == curve.nodes) b += V3d(curve.turns.x, curve.turns.y, 0) * V3d(period.x, period.y, 0);
+      if (i + 1 == curve.nodes)
+        b += V3d(curve.repeat_offset.x, curve.repeat_offset.y, 0) * V3d(period.x, period.y, 0);
       const V3d axis = (b - a).normalized();
       const V3d normal = d.cross(axis);
       const double reach = (b - a).length() + r;
@@ -69,7 +70,8 @@ bool is_inside(const YarnData& data, const V2f& period, const V3d& point) {
     for (int i = 0; i < curve.nodes; ++i) {
       const V3d a(data.nodes[first + i]);
       V3d b(data.nodes[first + (i + 1) % curve.nodes]);
-      if (i + 1 == curve.nodes) b += V3d(curve.turns.x, curve.turns.y, 0) * V3d(period.x, period.y, 0);
+      if (i + 1 == curve.nodes)
+        b += V3d(curve.repeat_offset.x, curve.repeat_offset.y, 0) * V3d(period.x, period.y, 0);
       const V3d axis = (b - a).normalized();
       for (int sx = -2; sx <= 2; ++sx) {
         for (int sy = -2; sy <= 2; ++sy) {
@@ -152,7 +154,7 @@ TEST_CASE(
       if (hit.has_value() != (truth.segment >= 0)) ++differ;
       if (!hit || truth.segment < 0) continue;
       const V3d place = origin - up * truth.distance;
-      V3d off = V3d(data.nodes[hit->segment]) + V3d(hit->from_start) - place;
+      V3d off = V3d(data.nodes[hit->segment]) + V3d(hit->start_offset) - place;
       for (int k = 0; k < 2; ++k) off[k] -= std::round(off[k] / period[k]) * period[k];
       const auto radius = static_cast<double>(data.curves[hit->segment / 12].radius);
       // Where a ray grazes a yarn, rounding moves the point by the root of itself.
@@ -163,7 +165,7 @@ TEST_CASE(
       const V3f light = upwards(random, 0.06);
       if (!(point.normal.dot(light) > 0)) continue;
       const V3d start =
-          V3d(data.nodes[hit->segment]) + V3d(hit->from_start) + V3d(point.normal) * (radius / 64);
+          V3d(data.nodes[hit->segment]) + V3d(hit->start_offset) + V3d(point.normal) * (radius / 64);
       const V3d towards = V3d(light).normalized();
       const bool shadow =
           is_inside(data, period, start) ||
@@ -210,8 +212,8 @@ TEST_CASE(
   const auto by_light = light_basis(light);
   for (int i = 0; i < angle_function_count; ++i) {
     for (int k = 0; k < yarn_light_function_count; ++k) {
-      std::fill(data.light.begin(), data.light.end(), 0.0F);
-      data.light[(i * yarn_light_function_count + k) * 3] = 1;
+      std::fill(data.station_light.begin(), data.station_light.end(), 0.0F);
+      data.station_light[(i * yarn_light_function_count + k) * 3] = 1;
       const Yarns yarns(data, {2, 2});
       // Along x the angle is 0 at the top and grows towards -y, which is growing v.
       const double angle = std::asin(0.5);

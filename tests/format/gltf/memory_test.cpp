@@ -45,14 +45,14 @@ std::optional<Code> verdict(const Folder& folder, const Square& square, const Sc
 }  // namespace
 
 TEST_CASE("memory: an account is empty once it has been asked for too much, and no product wraps around") {
-  MemoryAccount account(100);
-  CHECK(account.try_reserve(9, 10));
-  CHECK(account.try_reserve(1 << 30, 0));
-  CHECK(account.remaining_bytes() == 10);
-  CHECK_FALSE(account.try_reserve(11, 1));
-  CHECK_FALSE(account.try_reserve(1, 1));
-  MemoryAccount large(std::uint64_t{1} << 40);
-  CHECK_FALSE(large.try_reserve(std::uint64_t{1} << 63, 256));
+  MemoryBudget account(100);
+  CHECK(account.try_spend(9, 10));
+  CHECK(account.try_spend(1 << 30, 0));
+  CHECK(account.unspent_bytes() == 10);
+  CHECK_FALSE(account.try_spend(11, 1));
+  CHECK_FALSE(account.try_spend(1, 1));
+  MemoryBudget large(std::uint64_t{1} << 40);
+  CHECK_FALSE(large.try_spend(std::uint64_t{1} << 63, 256));
 }
 
 TEST_CASE("memory: a picture has the pixels of its header") {

@@ -71,7 +71,7 @@ struct Compressed {
 template <class T>
 std::vector<T> values_of(const GltfDocument& document, int view) {
   GltfReader reader(document);
-  const auto bytes = reader.bytes(view, "");
+  const auto bytes = reader.view_bytes(view, "");
   std::vector<T> values(bytes.size() / sizeof(T));
   std::memcpy(values.data(), bytes.data(), bytes.size());
   return values;

@@ -40,7 +40,7 @@ std::vector<std::string> faults_of(const Json& json) {
   IssueSink issues("garment.gltf");
   check_references(document_of(json), issues);
   std::vector<std::string> places;
-  for (const Error& issue : issues.take()) {
+  for (const Error& issue : issues.take_issues()) {
     CHECK(issue.code == Code::gltf_accessor);
     places.push_back(issue.place);
   }

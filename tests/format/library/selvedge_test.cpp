@@ -56,7 +56,7 @@ TEST_CASE("the library gives every layer of a fabric of products, as it was writ
   Fabric fabric = random_product_fabric(6, 5, {2, 3}, 2, 7);
   // As `make --quality standard` chooses them: some levels with lobes, others with products alone.
   for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light}) {
-    fabric.levels[0].remove(kind);
+    fabric.levels[0].remove_layer(kind);
   }
   REQUIRE(write_fabric(folder / "f.exr", fabric, {.half_layers = LayerSet{}}));
   const auto file = test::need(FabricFile::open(folder / "f.exr"));
@@ -100,7 +100,7 @@ TEST_CASE("the library gives the yarn as it was written, and shows it at level -
     const YarnCurve& curve = data.curves[i];
     CHECK(given.nodes == curve.nodes);
     CHECK(given.stations == curve.stations);
-    CHECK(V2i(given.turns[0], given.turns[1]) == curve.turns);
+    CHECK(V2i(given.turns[0], given.turns[1]) == curve.repeat_offset);
     CHECK(given.radius_mm == curve.radius);
     CHECK(V3f(given.albedo[0], given.albedo[1], given.albedo[2]) == curve.albedo);
     CHECK(given.gloss == curve.gloss.weight);
@@ -117,7 +117,8 @@ TEST_CASE("the library gives the yarn as it was written, and shows it at level -
   for (std::size_t i = 0; i < yarns.nodes.size(); ++i) {
     CHECK(yarns.nodes[i] == data.nodes[i / 3][static_cast<int>(i % 3)]);
   }
-  CHECK(std::equal(yarns.indirect.begin(), yarns.indirect.end(), data.light.begin(), data.light.end()));
+  CHECK(std::equal(yarns.indirect.begin(), yarns.indirect.end(), data.station_light.begin(),
+                   data.station_light.end()));
   const std::array<float, 3> light{0.6F, 0, 0.8F};
   const std::array<float, 3> view{0, 0.28F, 0.96F};
   for (const double level : {-7.0, -1.0, -0.25}) {

@@ -60,7 +60,7 @@ std::size_t compare_with_openimageio(const std::string& path) {
 TEST_CASE("OpenImageIO reads every part and level of a fabric bit by bit as we do") {
   const Folder folder;
   Fabric fabric = test::random_product_fabric(70, 9, {2, 2}, 2, 12);
-  fabric.levels[1].remove(LayerKind::table);  // a level of zeros
+  fabric.levels[1].remove_layer(LayerKind::table);  // a level of zeros
   FabricWriteOptions options;
   for (const LayerSet& half : {LayerSet(), half_precision_layers, LayerSet::all()}) {
     options.half_layers = half;

@@ -31,9 +31,9 @@ PairSamples constant_truth(int count, float radiance, float alpha) {
 Fabric constant_fabric(float radiance, float opacity) {
   Fabric fabric = test::lambert_fabric(4, 4, {1, 1, 1});
   for (FabricLevel& level : fabric.levels) {
-    level.remove(LayerKind::lobes);
-    level.add(LayerKind::table, 3, 2 * radiance);
-    level.add(LayerKind::opacity, 1, opacity);
+    level.remove_layer(LayerKind::lobes);
+    level.add_layer(LayerKind::table, 3, 2 * radiance);
+    level.add_layer(LayerKind::opacity, 1, opacity);
   }
   return fabric;
 }

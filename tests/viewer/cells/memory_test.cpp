@@ -38,7 +38,7 @@ TEST_CASE("cell images without room are coarser, alike for any number of threads
     // Frames of an orbit; the last one.
     const auto drawn = [&](std::size_t memory, int frames) {
       setting.options.cells = example.cells;
-      setting.options.cells.memory = memory;
+      setting.options.cells.memory_bytes = memory;
       const auto renderer = test::need(Renderer::create(setting.scene, setting.fabrics, setting.options));
       Frame frame;
       for (int i = 4 - frames; i < 4; ++i) {
@@ -53,7 +53,7 @@ TEST_CASE("cell images without room are coarser, alike for any number of threads
     };
     const Frame frame = drawn(example.memory, 4);
     for (const V4f& p : frame.pixels) CHECK(std::isfinite(p.x + p.y + p.z + p.w));
-    const double db = test::decibels(frame, drawn(example.cells.memory, 4), 1);
+    const double db = test::decibels(frame, drawn(example.cells.memory_bytes, 4), 1);
     MESSAGE(example.name, ": ", db, " dB");
     CHECK(db > example.db);
     set_thread_limit(1);

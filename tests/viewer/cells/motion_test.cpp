@@ -87,7 +87,8 @@ TEST_CASE("borders of patches are no more wrong than the yarn within them") {
   Patches patches(mesh, materials, reliefs);
   const V2i size(setting.options.width, setting.options.height);
   // Finer ones than the frame's.
-  patches.choose(camera, origin, size, {.pixels = 128, .repeats = 720, .turn_degrees = 0},
+  patches.choose(camera, origin, size,
+                 {.max_side_pixels = 128, .max_side_repeats = 720, .max_turn_degrees = 0},
                  setting.options.lights);
   const V2f first(mesh.attributes[mesh.triangles[0].corners[0]][0][3],
                   mesh.attributes[mesh.triangles[0].corners[0]][1][3]);
@@ -104,10 +105,10 @@ TEST_CASE("borders of patches are no more wrong than the yarn within them") {
     const double turn = std::atan2(n.x, n.z) / (2 * std::numbers::pi);
     const V2d uv((turn < 0 ? turn + 1 : turn) * repeats.x, std::acos(n.y) / std::numbers::pi * repeats.y);
     const auto unit = [&](double at, float from) {
-      return patches.unit(static_cast<int>(std::floor(at) - std::floor(static_cast<double>(from))),
-                          static_cast<float>(at - std::floor(at)));
+      return patches.unit_at(static_cast<int>(std::floor(at) - std::floor(static_cast<double>(from))),
+                             static_cast<float>(at - std::floor(at)));
     };
-    return patches.at(patches.place(0), unit(uv.x, first.x), unit(uv.y, first.y));
+    return patches.patch_at(patches.place(0), unit(uv.x, first.x), unit(uv.y, first.y));
   };
   std::vector<double> borders;
   std::vector<double> inside;

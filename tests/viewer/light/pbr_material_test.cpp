@@ -122,7 +122,7 @@ TEST_CASE("a sphere in a core material shows the specification's formula on eith
     test::add(setting.scene, test::sphere(256, 128, V2d(1, 1)), material);
     setting.options.width = 120;
     setting.options.height = 100;
-    setting.options.mirrored_ambient = 0;
+    setting.options.mirrored_ambient_irradiance = 0;
     const Light light{V3d(0.48, 0.6, 0.64), V3f(3, 2, 1)};
     setting.options.lights = {light};
     const Camera camera = test::camera_of(setting);
@@ -187,7 +187,7 @@ TEST_CASE("normals turn with their texture, on the back the other way, and unlit
   setting.scene.images.push_back({"normal", "image/png", png});
   test::add(setting.scene, test::square(1), material);
   setting.options.width = setting.options.height = 32;
-  setting.options.mirrored_ambient = 0;
+  setting.options.mirrored_ambient_irradiance = 0;
   setting.camera.projection = Projection::parallel;
   const V3d normal = V3d(2 * 204 / 255.0 - 1, 2 * 128 / 255.0 - 1, 2 * 230 / 255.0 - 1).normalized();
   for (const RenderPath path : {RenderPath::hybrid, RenderPath::raster}) {

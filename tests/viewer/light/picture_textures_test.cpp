@@ -66,7 +66,7 @@ TEST_CASE("a picture is halved until its texels are about as large as the frame'
   // Behind the camera, or with all corners on one point of the picture.
   Camera away = camera_of(scene);
   away.window_centre = V2d(1e6, 0);
-  CHECK(halvings_of(scene, away, 64) == not_shown);
+  CHECK(halvings_of(scene, away, 64) == halvings_of_hidden);
   Scene point = scene;
   for (V2d& uv : point.primitives[0].tex_coords[0]) uv = V2d(0.5, 0.5);
   CHECK(halvings_of(point, camera_of(scene), 64) == 0);

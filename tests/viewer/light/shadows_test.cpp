@@ -322,7 +322,7 @@ TEST_CASE("a probe sees the shadow of the picture, on either path, and a change 
       REQUIRE(renderer->draw(camera, setting.options, frame, stats));
       for (int i = 0; i < 40; ++i) {
         const V2i pixel(20 + 2 * i, 30 + i);
-        const auto probe = test::need(renderer->probe(camera, setting.options, pixel));
+        const auto probe = test::need(renderer->probe_surface(camera, setting.options, pixel));
         if (!probe.has_value()) continue;
         const V4f& seen = frame.pixels[pixel.y * frame.width + pixel.x];
         CHECK(std::abs(probe->radiance.x - seen.x) < 1e-3F + 0.01F * seen.x);

@@ -65,7 +65,7 @@ TEST_CASE(
       }
       CHECK(wrong == 0);
       std::vector<DeepHit> hits;
-      raster.find(strip, pixels, hits);
+      raster.find_hits(strip, pixels, hits);
       REQUIRE(hits.size() == pixels.size());
       for (const DeepHit& hit : hits) {
         const int y = static_cast<int>(hit.pixel) / width - strip * Raster::strip_rows;

@@ -88,7 +88,7 @@ class Listener {
   void listen_to_the_end() {
     listen([&] { return finished; });
   }
-  void send_request(Change change, const std::optional<V2d>& probed = {}) {
+  void send_request(Redraw change, const std::optional<V2d>& probed = {}) {
     background.request({state, change, size, probed, generation});
   }
 
@@ -106,7 +106,7 @@ class Listener {
 /// The picture at rest, made without a thread.
 std::vector<std::uint8_t> bytes_at_rest(const ShowState& state) {
   const auto picture = picture_of(square());
-  test::need(picture->update(state, Change::scene, size, 1));
+  test::need(picture->update(state, Redraw::scene, size, 1));
   while (test::need(picture->refine(state))) {
   }
   return picture->drawn().bytes;
@@ -117,21 +117,21 @@ TEST_CASE("a picture made in the background ends as the one at rest, whatever wa
   for (int i = 0; i < 60; ++i) {
     window.state.camera.azimuth = i;
     window.state.display.exposure = i % 7 == 0 ? 2 : 1;
-    window.send_request(i == 0 ? Change::scene : i % 7 == 0 ? Change::display : Change::frame);
+    window.send_request(i == 0 ? Redraw::scene : i % 7 == 0 ? Redraw::display : Redraw::frame);
     if (i % 10 == 0) window.listen([&] { return true; });
   }
   const std::vector<std::uint8_t> expected = bytes_at_rest(window.state);
   window.listen([&] { return window.finished && window.picture->bytes == expected; });
   CHECK(window.picture->width == size.x);
-  CHECK(window.picture->divisor == 1);
+  CHECK(window.picture->size_divisor == 1);
   // A further probe draws nothing.
   const std::int64_t frames = window.picture->frame_count;
-  window.send_request(Change::none, V2d(0.5, 0.5));
+  window.send_request(Redraw::none, V2d(0.5, 0.5));
   window.listen_to_the_end();
   REQUIRE(window.probe);
   CHECK(window.probe->pixel == V2i(50, 40));
   CHECK(window.picture->frame_count == frames);
-  window.send_request(Change::display);
+  window.send_request(Redraw::display);
   window.listen_to_the_end();
   CHECK(window.picture->frame_count == frames);
 }
@@ -139,14 +139,14 @@ TEST_CASE("a picture made in the background ends as the one at rest, whatever wa
 TEST_CASE("an interrupted picture is drawn again in full") {
   const auto picture = picture_of(square());
   ShowState state = state_of(*picture);
-  test::need(picture->update(state, Change::scene, size, 1));
+  test::need(picture->update(state, Redraw::scene, size, 1));
   const std::vector<std::uint8_t> first = picture->drawn().bytes;
   state.camera.azimuth = 40;
   const std::atomic<bool> interrupted{true};
-  test::need(picture->update(state, Change::frame, size, 1, &interrupted));
+  test::need(picture->update(state, Redraw::frame, size, 1, &interrupted));
   CHECK(picture->drawn().bytes == first);
   CHECK_FALSE(test::need(picture->refine(state, &interrupted)));
-  test::need(picture->update(state, Change::frame, size, 1));
+  test::need(picture->update(state, Redraw::frame, size, 1));
   while (test::need(picture->refine(state))) {
   }
   CHECK(picture->drawn().bytes == bytes_at_rest(state));
@@ -154,12 +154,12 @@ TEST_CASE("an interrupted picture is drawn again in full") {
 
 TEST_CASE("what cannot be drawn is told, and the window goes back to what could be") {
   Listener window(picture_of(square()));
-  window.send_request(Change::scene);
+  window.send_request(Redraw::scene);
   window.listen_to_the_end();
   const ShowState good = window.state;
   // More texels of a shadow map than are allowed.
   window.state.shadow_map_size = 1 << 30;
-  window.send_request(Change::frame);
+  window.send_request(Redraw::frame);
   window.listen([&] { return window.generation == 1 && window.finished; });
   CHECK(window.message.find("OPTION_OUT_OF_RANGE") != std::string::npos);
   CHECK(window.state.shadow_map_size == good.shadow_map_size);
@@ -168,15 +168,15 @@ TEST_CASE("what cannot be drawn is told, and the window goes back to what could 
   // A request that was made before the window knew is dropped.
   ShowState late = good;
   late.worn_fabrics.fabrics.clear();
-  window.background.request({late, Change::scene, size, {}, 0});
-  window.send_request(Change::none);
+  window.background.request({late, Redraw::scene, size, {}, 0});
+  window.send_request(Redraw::none);
   window.listen([&] { return window.finished && window.picture->bytes == expected; });
 }
 
 TEST_CASE("files that are added are another garment, an environment or an error") {
   const test::Folder folder;
   Listener window(picture_of(square()));
-  window.send_request(Change::scene);
+  window.send_request(Redraw::scene);
   window.listen_to_the_end();
   const auto first = window.picture;
   window.background.add_file(folder / "none.glb");
@@ -188,7 +188,7 @@ TEST_CASE("files that are added are another garment, an environment or an error"
   test::write_bytes(folder / "triangle.gltf", triangle);
   window.background.add_file(folder / "triangle.gltf");
   window.listen([&] { return window.generation == 1; });
-  window.send_request(Change::frame);
+  window.send_request(Redraw::frame);
   window.listen_to_the_end();
   CHECK(window.message.empty());
   CHECK(window.picture->scene_diagonal == doctest::Approx(std::sqrt(8.0)));
@@ -202,7 +202,7 @@ TEST_CASE("the fabrics of a folder are offered with pictures, worn when chosen, 
   test::write_bytes(folder / "c.exr", "no fabric");
   test::write_bytes(folder / "d.txt", "no fabric either");
   Listener window(picture_of(square()));
-  window.send_request(Change::scene);
+  window.send_request(Redraw::scene);
   window.background.add_file(folder.path().string());
   window.listen([&] { return window.offers.size() == 2 && window.finished; });
   CHECK(window.offers[0].path == folder / "a.exr");
@@ -213,8 +213,8 @@ TEST_CASE("the fabrics of a folder are offered with pictures, worn when chosen, 
   }
   window.listen([&] { return window.message.find("c.exr") != std::string::npos; });
   const std::vector<std::uint8_t> before = window.picture->bytes;
-  CHECK(toggle_comparison(window.state) == Change::scene);
-  window.send_request(Change::scene);
+  CHECK(toggle_comparison(window.state) == Redraw::scene);
+  window.send_request(Redraw::scene);
   window.listen_to_the_end();
   for (int i = 1; i <= 2; ++i) {  // the second time it is there
     window.background.wear(folder / "b.exr");

@@ -46,15 +46,15 @@ bool same(const Frame& a, const Frame& b) {
 TEST_CASE("a picture that was resized is the one of that size from the start") {
   const auto picture = picture_of(two_squares(), two_fabrics());
   const ShowState state = state_of(*picture);
-  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
+  test::need(picture->update(state, Redraw::scene, V2i(100, 80), 1));
   CHECK(picture->frame().width == 100);
   const Frame first = picture->frame();
-  test::need(picture->update(state, Change::frame, V2i(133, 61), 1));
-  test::need(picture->update(state, Change::frame, V2i(200, 160), 2));
+  test::need(picture->update(state, Redraw::frame, V2i(133, 61), 1));
+  test::need(picture->update(state, Redraw::frame, V2i(200, 160), 2));
   CHECK(same(picture->frame(), first));
   const auto fresh = picture_of(two_squares(), two_fabrics());
-  test::need(fresh->update(state, Change::scene, V2i(133, 61), 1));
-  test::need(picture->update(state, Change::frame, V2i(133, 61), 1));
+  test::need(fresh->update(state, Redraw::scene, V2i(133, 61), 1));
+  test::need(picture->update(state, Redraw::frame, V2i(133, 61), 1));
   CHECK(same(picture->frame(), fresh->frame()));
 }
 
@@ -73,7 +73,7 @@ TEST_CASE("a picture at rest gets nine samples a pixel, and a change begins anew
   const auto picture = picture_of(two_squares(), fabrics);
   ShowState state = state_of(*picture);
   state.camera.azimuth = 30;
-  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
+  test::need(picture->update(state, Redraw::scene, V2i(100, 80), 1));
   const Frame first = picture->frame();
   constexpr int n = ShowPicture::rest_samples_per_side;
   for (int i = 0; i < n * n; ++i) CHECK(test::need(picture->refine(state)));
@@ -88,11 +88,11 @@ TEST_CASE("a picture at rest gets nine samples a pixel, and a change begins anew
   CHECK_FALSE(same(picture->frame(), first));
   // Patches are chosen for each sample, or once for all.
   CHECK(test::decibels(picture->frame(), expected, 1) > 40);
-  test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
+  test::need(picture->update(state, Redraw::frame, V2i(100, 80), 1));
   CHECK(same(picture->frame(), first));
   CHECK(test::need(picture->refine(state)));
   state.path = static_cast<int>(RenderPath::paper);
-  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
+  test::need(picture->update(state, Redraw::scene, V2i(100, 80), 1));
   CHECK_FALSE(test::need(picture->refine(state)));
 }
 
@@ -100,7 +100,7 @@ TEST_CASE("two choices of fabrics show side by side what each shows alone, at re
   const V2i size(100, 80);
   const auto at_rest = [&](const ShowState& state) {
     auto picture = picture_of(two_squares(), two_fabrics());
-    test::need(picture->update(state, Change::scene, size, 1));
+    test::need(picture->update(state, Redraw::scene, size, 1));
     while (test::need(picture->refine(state))) {
     }
     return picture;
@@ -110,15 +110,15 @@ TEST_CASE("two choices of fabrics show side by side what each shows alone, at re
   other.worn_fabrics.fabrics = {1, -1};
   other.worn_fabrics.fits[0].stitch_scale = 1.5;
   ShowState both = one;
-  CHECK(toggle_comparison(both) == Change::scene);
+  CHECK(toggle_comparison(both) == Redraw::scene);
   both.worn_fabrics = other.worn_fabrics;
   const auto left = at_rest(one);
   const auto right = at_rest(other);
   const auto divided = at_rest(both);
   for (const float bar : {0.5F, 0.0F, 0.31F, 1.0F}) {
     CAPTURE(bar);
-    both.divider = bar;
-    test::need(divided->update(both, Change::display, size, 1));
+    both.comparison_bar = bar;
+    test::need(divided->update(both, Redraw::display, size, 1));
     for (int i = 0; i < size.x * size.y; ++i) {
       const bool on_left = i % size.x < std::lround(bar * static_cast<float>(size.x));
       const ShowPicture& expected = on_left ? *left : *right;
@@ -126,13 +126,14 @@ TEST_CASE("two choices of fabrics show side by side what each shows alone, at re
       REQUIRE(divided->drawn().bytes[4 * i] == expected.drawn().bytes[4 * i]);
     }
     for (const double x : {0.3, 0.32}) {
-      const auto seen = test::need(divided->probe(V2d(x, 0.5)));
-      const auto alone = test::need((x < static_cast<double>(bar) ? left : right)->probe(V2d(x, 0.5)));
+      const auto seen = test::need(divided->probe_surface(V2d(x, 0.5)));
+      const auto alone =
+          test::need((x < static_cast<double>(bar) ? left : right)->probe_surface(V2d(x, 0.5)));
       REQUIRE(seen.has_value());
       CHECK(seen->radiance == alone->radiance);
     }
   }
-  CHECK(toggle_comparison(both) == Change::scene);
+  CHECK(toggle_comparison(both) == Redraw::scene);
   CHECK(same(at_rest(both)->frame(), right->frame()));
 }
 
@@ -143,18 +144,18 @@ TEST_CASE("shadows and light from all sides come and go between frames") {
   const auto picture = picture_of(scene, two_fabrics());
   ShowState state = state_of(*picture);
   state.camera.azimuth = 20;
-  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
+  test::need(picture->update(state, Redraw::scene, V2i(100, 80), 1));
   const Frame plain = picture->frame();
   state.shadow_map_size = 256;
-  test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
+  test::need(picture->update(state, Redraw::frame, V2i(100, 80), 1));
   CHECK_FALSE(same(picture->frame(), plain));
   CHECK(picture->drawn().stats.shadow_seconds > 0);
   state.shadow_map_size = 0;
-  test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
+  test::need(picture->update(state, Redraw::frame, V2i(100, 80), 1));
   CHECK(test::decibels(picture->frame(), plain, 1) > 60);
   CHECK(picture->drawn().stats.shadow_seconds == 0);
-  state.ambient = 0.5F;
-  test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
+  state.ambient_irradiance = 0.5F;
+  test::need(picture->update(state, Redraw::frame, V2i(100, 80), 1));
   CHECK_FALSE(same(picture->frame(), plain));
 }
 
@@ -165,7 +166,7 @@ TEST_CASE("every path of the window draws what render draws by it, and what a pa
   for (std::size_t path = 0; path < path_names.size(); ++path) {
     CAPTURE(path_names[path]);
     state.path = static_cast<int>(path);
-    test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
+    test::need(picture->update(state, Redraw::scene, V2i(100, 80), 1));
     RenderOptions options;
     options.path = static_cast<RenderPath>(path);
     options.width = 100;
@@ -177,10 +178,10 @@ TEST_CASE("every path of the window draws what render draws by it, and what a pa
     CHECK(same(picture->frame(), expected));
   }
   state.shadow_map_size = 3;
-  CHECK(test::error_of(picture->update(state, Change::frame, V2i(100, 80), 1)).code ==
+  CHECK(test::error_of(picture->update(state, Redraw::frame, V2i(100, 80), 1)).code ==
         Code::option_out_of_range);
   state.shadow_map_size = 0;
-  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
+  test::need(picture->update(state, Redraw::scene, V2i(100, 80), 1));
 }
 
 TEST_CASE("the window's environment is render's, turned, scaled and behind the scene") {
@@ -197,9 +198,9 @@ TEST_CASE("the window's environment is render's, turned, scaled and behind the s
   ShowInput input;
   input.grip = ShowInput::Grip::light;
   input.drag = V2d(0.25, 0);
-  CHECK(apply(input, 1.25, picture->drawn().scene_diagonal, state) == Change::frame);
+  CHECK(apply(input, 1.25, picture->drawn().scene_diagonal, state) == Redraw::frame);
   CHECK(state.environment_turn == 45);
-  test::need(picture->update(state, Change::scene, V2i(100, 80), 1));
+  test::need(picture->update(state, Redraw::scene, V2i(100, 80), 1));
   const Environment turned_studio = studio_environment({45, 1.5});
   const EnvironmentLight light = split_light(turned_studio);
   RenderOptions options;
@@ -216,7 +217,7 @@ TEST_CASE("the window's environment is render's, turned, scaled and behind the s
     REQUIRE((picture->frame().pixels[i] - expected.pixels[i]).length() <= 1e-4 * expected.pixels[i].length());
   // Without it, two lamps.
   state.environment = -1;
-  test::need(picture->update(state, Change::frame, V2i(100, 80), 1));
+  test::need(picture->update(state, Redraw::frame, V2i(100, 80), 1));
   CHECK(picture->drawn().lights.size() == 2);
 }
 
@@ -225,7 +226,7 @@ TEST_CASE("the probe tells the texel of a forced level and the light of the refe
   std::vector<Fabric> fabrics = two_fabrics();
   for (Fabric& fabric : fabrics) {
     // One view stands for all pixels of a repeat.
-    for (const LayerKind kind : {LayerKind::table, LayerKind::opacity}) fabric.levels[0].remove(kind);
+    for (const LayerKind kind : {LayerKind::table, LayerKind::opacity}) fabric.levels[0].remove_layer(kind);
   }
   const auto picture = picture_of(scene, fabrics);
   ShowState state = state_of(*picture);
@@ -234,11 +235,11 @@ TEST_CASE("the probe tells the texel of a forced level and the light of the refe
   state.levels.forced_level = 0;
   state.camera.projection = Projection::parallel;
   const V2i size(100, 80);
-  test::need(picture->update(state, Change::scene, size, 1));
+  test::need(picture->update(state, Redraw::scene, size, 1));
   int probed = 0;
   for (int i = 0; i < size.x * size.y; i += 41) {
     const V2i pixel(i % size.x, i / size.x);
-    const auto probe = test::need(picture->probe((V2d(pixel) + V2d(0.5)) / V2d(size)));
+    const auto probe = test::need(picture->probe_surface((V2d(pixel) + V2d(0.5)) / V2d(size)));
     if (!probe) continue;
     ++probed;
     const PixelProbe& p = *probe;

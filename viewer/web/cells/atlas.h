@@ -34,7 +34,7 @@ class Atlas {
   /// Frees the tiles of earlier marks; whether there was one.
   bool evict(std::uint64_t mark);
   /// Texels of all tiles.
-  double texels() const { return texels_; }
+  double texel_count() const { return texels_; }
   const Tile& operator[](TileNumber tile) const { return tiles_[tile]; }
 
  private:

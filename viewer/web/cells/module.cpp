@@ -95,7 +95,7 @@ void upload(const CellLook& look, TileNumber number) {
 /// Bytes of all garments' images in sight as fine as wanted.
 double all_need() {
   double sum = 0;
-  for (const auto& garment : page.garments) sum += garment ? garment->need : 0;
+  for (const auto& garment : page.garments) sum += garment ? garment->needed_bytes : 0;
   return sum;
 }
 
@@ -137,7 +137,8 @@ bool drop_unseen() {
 
 /// Makes room in the atlas of the gaps between tiles, once a frame. Returns whether there is more.
 bool pack() {
-  if (page.packed_frame == page.frame || page.atlas.texels() > max_packed * Atlas::width * page.atlas.rows())
+  if (page.packed_frame == page.frame ||
+      page.atlas.texel_count() > max_packed * Atlas::width * page.atlas.rows())
     return false;
   page.packed_frame = page.frame;
   std::vector<std::pair<Garment*, PatchSide>> places;
@@ -170,8 +171,8 @@ void show(Garment& garment, std::span<const PatchNeed> needs) {
     if (!is_placed && !page.is_full && pack()) is_placed = place_look(garment, need.patch);
     if (is_placed) continue;
     garment.shown[need.patch].image = old;
-    if (page.is_full || page.fill <= min_fill) continue;
-    page.fill = std::max(0.8 * page.fill, min_fill);
+    if (page.is_full || page.fill_fraction <= min_fill) continue;
+    page.fill_fraction = std::max(0.8 * page.fill_fraction, min_fill);
     page.needed_bytes_when_full = all_need();
     page.is_full = true;
   }
@@ -252,8 +253,8 @@ void mark_visible(Garment& garment) {
       behind = hidden({a, b, c, (a + b + c) / 3.0F}, tolerance);
     }
     const std::uint8_t flag = static_cast<std::uint8_t>((back ? 2 : 1) << (behind ? 2 : 0));
-    patches.for_all(place, patches.extent(mesh, i),
-                    [&](std::uint32_t patch) { garment.flags[patch] |= flag; });
+    patches.for_each_patch(place, patches.extent(mesh, i),
+                           [&](std::uint32_t patch) { garment.flags[patch] |= flag; });
   }
   garment.needs.clear();
   const auto add = [&](std::uint8_t mask, std::uint8_t without) {
@@ -268,10 +269,10 @@ void mark_visible(Garment& garment) {
   add(4, 1);
   garment.finished_visit_count = 0;
   // Garments share the memory by their needs.
-  garment.need = garment.store->bytes_of(garment.needs);
+  garment.needed_bytes = garment.store->bytes_of(garment.needs);
   const double all = all_need();
-  garment.memory =
-      page.fill * static_cast<double>(page.image_memory_bytes) * (all > 0 ? garment.need / all : 1);
+  garment.memory_bytes = page.fill_fraction * static_cast<double>(page.image_memory_bytes) *
+                         (all > 0 ? garment.needed_bytes / all : 1);
   // Images that are shown stay; first come patches without an image, then those that were not looked at for
   // longest.
   const auto last_shown_frame = [&](const PatchNeed& need) {
@@ -404,7 +405,7 @@ std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uin
         static_cast<float>(garment.first_table_entry + chart.first_table_entry),
         std::floor(uv.x) - static_cast<float>(first.u / units),
         std::floor(uv.y) - static_cast<float>(first.v / units),
-        patches.smallest_patches_per_repeat(),
+        patches.finest_patches_per_repeat(),
         static_cast<float>(chart.size_in_patches.x),
         static_cast<float>(chart.size_in_patches.y)};
   }
@@ -466,29 +467,29 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
   DrawOptions& options = garment.options;
   options.cells = moving_cell_images;
   // Parts of repeats have images of whole ones, for which there is little room.
-  options.cells.patches.offset_pixels = in.remade_fraction < 1 ? 32 : 16;
-  if (in.remade_fraction >= 1) options.cells.patches.pixels = 48;
-  options.cells.samples = in.samples;
+  options.cells.patches.max_offset_pixels = in.remade_fraction < 1 ? 32 : 16;
+  if (in.remade_fraction >= 1) options.cells.patches.max_side_pixels = 48;
+  options.cells.samples_per_pixel_side = in.samples;
   options.cells.remade_fraction = in.remade_fraction;
-  options.cells.memory = page.image_memory_bytes / page.garments.size();
+  options.cells.memory_bytes = page.image_memory_bytes / page.garments.size();
   if (in.remade_fraction < 1) {
-    if (all_need() < 0.9 * page.needed_bytes_when_full) page.fill = max_fill_fraction;
-    const auto affordable = static_cast<float>(max_remade / std::max(garment.need, 1.0));
+    if (all_need() < 0.9 * page.needed_bytes_when_full) page.fill_fraction = max_fill_fraction;
+    const auto affordable = static_cast<float>(max_remade / std::max(garment.needed_bytes, 1.0));
     options.cells.remade_fraction =
         std::clamp(visits_of_front * std::min(in.remade_fraction, affordable), 0.01F, 0.99F);
   }
   options.levels.forced_level = static_cast<int>(in.forced_level);
-  options.levels.footprint = 1;
+  options.levels.footprint_pixels = 1;
   if (in.remade_fraction <= 0) {
-    options.levels.footprint = 2;
+    options.levels.footprint_pixels = 2;
     // Fewer samples than later frames want, which make these images again.
-    options.cells.samples = 0.49F * in.samples;
-    options.cells.patches = {.pixels = 128,
-                             .repeats = 32,
-                             .turn_degree_pixels = 1e4F,
-                             .turn_degrees = 60,
-                             .outline_pixels = 128,
-                             .offset_pixels = 32};
+    options.cells.samples_per_pixel_side = 0.49F * in.samples;
+    options.cells.patches = {.max_side_pixels = 128,
+                             .max_side_repeats = 32,
+                             .max_turn_degree_pixels = 1e4F,
+                             .max_turn_degrees = 60,
+                             .max_outline_pixels = 128,
+                             .max_offset_pixels = 32};
   }
   garment.smooth_light.coefficients = in.around;
   garment.smooth_light =
@@ -520,7 +521,9 @@ EXPORT(make_images) std::uint32_t make_images(std::uint32_t number, std::uint32_
                                          end - garment.finished_visit_count);
   if (!needs.empty()) {
     for (const int coarsening : {0, CellStore::max_coarsening})
-      if (garment.store->make({needs, behind, coarsening, garment.memory, garment.need}).is_made) break;
+      if (garment.store->make({needs, behind, coarsening, garment.memory_bytes, garment.needed_bytes})
+              .is_made)
+        break;
     show(garment, needs);
   }
   garment.finished_visit_count = end;

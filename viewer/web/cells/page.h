@@ -15,10 +15,10 @@ namespace selvedge::web {
 
 /// By which the look-up finds a vertex's patch.
 struct ChartNumbers {
-  float entry;                ///< first of its chart in the table
-  float u, v;                 ///< first of the chart
-  float smallest_per_repeat;  ///< patches along a repeat
-  float columns, rows;        ///< of the chart
+  float entry;                      ///< first of its chart in the table
+  float u, v;                       ///< first of the chart
+  float finest_patches_per_repeat;  ///< patches along a repeat
+  float columns, rows;              ///< of the chart
 };
 
 /// A tile as the shader reads it.
@@ -62,8 +62,8 @@ struct Garment {
     std::uint64_t last_frame = 0;  ///< frame that last chose it
   };
   std::vector<Shown> shown;  ///< of patches and sides
-  double need = 0;           ///< for its images, bytes
-  double memory = 0;         ///< for them, of the page's, bytes
+  double needed_bytes = 0;   ///< for its images, bytes
+  double memory_bytes = 0;   ///< for them, of the page's, bytes
   std::vector<float> depths;
   std::vector<std::uint8_t> flags;
 };
@@ -83,7 +83,7 @@ struct Page {
   std::uint64_t last_use_mark = 1;
   std::uint64_t packed_frame = 0;  ///< frame
   std::size_t image_memory_bytes = 0;
-  double fill = max_fill_fraction;
+  double fill_fraction = max_fill_fraction;
   double needed_bytes_when_full = 0;  ///< all_need() when images found no room
   bool is_full = false;               ///< images have found no room since take_events()
   bool has_moved = false;             ///< tiles have moved since take_events()
