@@ -276,7 +276,6 @@ Renderer::~Renderer() {
   // OpenGL objects are deleted in their context.
   if (state_ && state_->context) static_cast<void>(state_->context->make_current());
 }
-const std::vector<std::string>& Renderer::remarks() const { return state_->remarks; }
 
 Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std::vector<Fabric>& fabrics,
                                                    const RenderOptions& options,

@@ -41,9 +41,6 @@ class Renderer {
   Result<std::optional<PixelProbe>> probe_surface(const Camera& camera, const DrawOptions& options,
                                                   const V2i& pixel);
 
-  /// Options and materials that could not be honoured, one line each.
-  const std::vector<std::string>& remarks() const;
-
  private:
   struct State;
   explicit Renderer(std::unique_ptr<State> state);
