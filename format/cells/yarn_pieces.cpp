@@ -50,6 +50,7 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   std::vector<Yarns::Segment> hairs;
   std::span<const Yarns::Segment> rest = inside.segments;
   hairs.reserve(std::ranges::count_if(rest, [](const Yarns::Segment& s) { return s.hair_threshold > 0; }));
+  pieces.segments.reserve(inside.segments.size());
   for (const YarnCurve& curve : data.curves) {
     const int of_ply = curve.nodes * curve.plies.divisions;
     float length = 0;

@@ -162,10 +162,13 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
   const auto phase = static_cast<double>(curve.plies.phase);
   const int count = curve.nodes * divisions;
   std::vector<AxisPlace> places;
+  places.reserve(count);
   for (int i = 0; i < count; ++i) places.push_back(place_on(axis, curve, i / divisions, i % divisions));
   const double offset = static_cast<double>(curve.radius) * (1 - unit_ply_radius(plies));
+  ChainNodes chain;
   for (int ply = 0; ply < plies; ++ply) {
-    ChainNodes chain;
+    for (auto* list : {&chain.nodes, &chain.across, &chain.out, &chain.squeeze}) list->clear();
+    chain.fraction.clear();
     chain.rows = ply_strand_rows(curve, ply);
     V3d before(0, 0, 0);
     for (int i = -1; i <= count + 1; ++i) {
