@@ -243,7 +243,7 @@ constexpr double default_spacing_mm = 1;
 /// The colours of the palette, linear.
 struct WifColours {
   int low = 0;
-  int high = 255;
+  std::array<int, 3> high{255, 255, 255};  ///< by component
   bool hsb = false;  ///< hue, saturation, brightness, each from low to high; in place of red, green, blue
   std::vector<std::optional<V3f>> table;
 
@@ -252,7 +252,7 @@ struct WifColours {
     if (parts.size() != 3) refuse_text(place, fmt::format("\"{}\" is not red, green, blue", text));
     V3d coded;
     for (int i = 0; i < 3; ++i)
-      coded[i] = static_cast<double>(whole_in(parts[i], place, low, high) - low) / (high - low);
+      coded[i] = static_cast<double>(whole_in(parts[i], place, low, high[i]) - low) / (high[i] - low);
     if (hsb) {  // Smith 1978, "Color gamut transform pairs": red has hue 0, green 1/3, blue 2/3
       const V3d levels = coded;
       for (int i = 0; i < 3; ++i) {
@@ -271,26 +271,37 @@ struct WifColours {
 
 WifColours colours_of(const WifSections& draft, std::set<std::string>& remarks) {
   WifColours colours;
-  if (const auto range = draft.find("COLOR PALETTE", "RANGE")) {
-    const std::string place = place_of("COLOR PALETTE", "RANGE");
-    const auto ends = parts_of(*range);
-    if (ends.size() != 2) refuse_text(place, fmt::format("\"{}\" is not of the form 0,255", *range));
-    colours.low = whole_in(ends[0], place, -1000000, 1000000);
-    colours.high = whole_in(ends[1], place, -1000000, 1000000);
-    if (colours.high <= colours.low) refuse_text(place, fmt::format("\"{}\" holds no values", *range));
-  } else {
-    // Fiberworks counts to 999, others to 65535.
-    double highest = 0;
-    for (const auto& [key, value] : draft.all("COLOR TABLE"))
-      for (const std::string& part : parts_of(value))
-        highest = std::max(highest, number_in(part).value_or(0));
-    colours.high = highest <= 255 ? 255 : highest <= 999 ? 999 : 65535;
-    if (highest > 255) remarks.insert(fmt::format("[COLOR PALETTE] without a range: 0 to {}", colours.high));
+  V3d highest(0, 0, 0);
+  for (const auto& [key, value] : draft.all("COLOR TABLE")) {
+    const auto parts = parts_of(value);
+    for (int i = 0; i < static_cast<int>(std::min<std::size_t>(parts.size(), 3)); ++i)
+      highest[i] = std::max(highest[i], number_in(parts[i]).value_or(0));
   }
   const std::string form = lower_case(draft.find("COLOR PALETTE", "FORM").value_or("rgb"));
   colours.hsb = form == "hsb" || form == "hsv";
   if (!colours.hsb && form != "rgb")
     remarks.insert("[COLOR PALETTE] of another form: read as red, green, blue");
+  const auto range = draft.find("COLOR PALETTE", "RANGE");
+  const double larger = std::max(highest.y, highest.z);
+  // Fiberworks counts to 999, others to 65535.
+  const double all = std::max(highest.x, larger);
+  int high = all <= 255 ? 255 : all <= 999 ? 999 : 65535;
+  if (range) {
+    const std::string place = place_of("COLOR PALETTE", "RANGE");
+    const auto ends = parts_of(*range);
+    if (ends.size() != 2) refuse_text(place, fmt::format("\"{}\" is not of the form 0,255", *range));
+    colours.low = whole_in(ends[0], place, -1000000, 1000000);
+    high = whole_in(ends[1], place, -1000000, 1000000);
+    if (high <= colours.low) refuse_text(place, fmt::format("\"{}\" holds no values", *range));
+  }
+  colours.high.fill(high);
+  if (colours.hsb && colours.low == 0 && larger <= 100 && highest.x <= 360 &&
+      (!range || high == 360 || highest.x > high)) {
+    colours.high = {360, 100, 100};
+    remarks.insert("[COLOR TABLE] of HSB: hues read in degrees, the rest in percent");
+  } else if (!range && high > 255) {
+    remarks.insert(fmt::format("[COLOR PALETTE] without a range: 0 to {}", high));
+  }
   for (const auto& [key, value] : draft.all("COLOR TABLE")) {
     const std::string place = place_of("COLOR TABLE", key);
     const int index = whole_in(key, place, 1, max_shafts);

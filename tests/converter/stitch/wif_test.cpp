@@ -150,6 +150,14 @@ TEST_CASE("spacing, thickness and colours come with their units and ranges") {
   const Weave hsb =
       draft(with("1=255,0,0", "1=85,128,255", with("Range=0,255", "Range=0,255\nForm=hsb"))).weave;
   CHECK((hsb.warp[0].albedo - V3f(0.2122308F, 1, 0.2122308F)).length() < 1e-5F);  // 127 of 255
+  const std::string percent = with("1=255,0,0", "1=120,50,100", with("2=0,0,255", "2=240,100,100"));
+  for (const char* range : {"Range=0,360\nForm=HSB", "Range=0,100\nForm=HSV", "Form=HSB"}) {
+    const WifDraft read = draft(with("Range=0,255", range, percent));
+    CHECK((read.weave.warp[0].albedo - V3f(0.2140411F, 1, 0.2140411F)).length() < 1e-5F);
+    CHECK((read.weave.weft[0].albedo - V3f(0, 0, 1)).length() < 1e-5F);
+    CHECK(read.remarks ==
+          std::vector<std::string>{"[COLOR TABLE] of HSB: hues read in degrees, the rest in percent"});
+  }
   // 128 of 255, and 128 of -128 to 255, through the sRGB curve.
   const std::string grey = with("1=255,0,0", "1=128,128,128");
   CHECK(draft(grey).weave.warp[0].albedo.x == doctest::Approx(0.2158605));
@@ -350,7 +358,7 @@ TEST_CASE("many yarns nearly touch, keep as many hairs as a file holds, and beco
   CHECK(validate(mesh, "d.wif"));
   CHECK(mesh.hairs.root_triangles.size() == doctest::Approx(1 << 16).epsilon(0.01));
   YarnData data = mesh.yarns;
-  data.light.resize(std::size_t{light_values_per_station} * counts_of(data).stations);
+  data.station_light.resize(std::size_t{light_values_per_station} * counts_of(data).stations);
   CHECK(validate(data, V2f(mesh.period)));
   // A decagon has this fraction of its circle.
   double volume = 0;
