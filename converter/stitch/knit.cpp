@@ -65,7 +65,7 @@ struct Loop {
   int held = 1;            ///< loops that the stitch holds
   bool free = false;       ///< the place above it is free, a yarn over, and it leans from there
   int courses = 0;         ///< that it is slipped before a stitch holds it
-  bool tucked = false;     ///< lies behind the loop below, which the same stitch holds
+  bool tucked = false;     ///< lies over the loop below, which the same stitch holds
   int twist = 0;  ///< 1: its right leg crosses over its left one; -1: the left one over the right one
   int passed() const { return free ? 0 : std::abs(lean); }
   /// Place among the loops of one stitch, from the side to which it is drawn.
@@ -121,7 +121,7 @@ double depth_of(const Loop& loop, double foot_middle, double t) {
   // of one that is purled as seen from the back.
   constexpr std::array<std::array<double, 3>, 3> legs{{{1}, {0.75, 0.15}, {0.75, 0.3, -0.15}}};
   constexpr std::array<std::array<double, 3>, 3> heads{{{-1}, {-0.45, -1.1}, {-0.45, -1.0, -1.55}}};
-  const double leg_low = loop.tucked ? -2 : loop.sign;
+  const double leg_low = loop.tucked ? -2 * loop.above : loop.sign;
   const double leg_high = loop.above * legs[loop.held - 1][loop.place()];
   const double head = loop.above * heads[loop.held - 1][loop.place()];
   if (t < foot_crossing) return ease(foot_middle, -loop.sign, 0, foot_crossing, t);
@@ -238,9 +238,12 @@ class Drawing {
       loop.tucked = stitch(course, k).held == Held::tuck;
       const bool holds_tuck = courses > 0 && stitch(course + courses, k).held == Held::tuck;
       if (loop.tucked || holds_tuck) {
-        loop.rank = loop.tucked ? 1 : 0;
+        // The tuck lies on the side from which the stitch above goes through both.
+        const bool in_front = loop.tucked != (loop.above > 0);
+        loop.rank = in_front ? 0 : 1;
         loop.held = 2;
-        loop.cable_layer = loop.tucked ? -1 : 1;
+        loop.cable_layer = in_front ? 1 : -1;
+        if (loop.tucked) loop.sign = loop.above;
       }
       if (stitch(course, k).source_loops.empty()) loop.twist = stitch(course, k).twist;
     }

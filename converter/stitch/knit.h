@@ -21,7 +21,7 @@ struct ChartStitch {
   /// loop that this stitch is drawn through, or its own, where it is drawn through none.
   int twist = 0;
   /// Not knitted: the loop below stays for the stitch above. The yarn passes behind it or in front of it, or
-  /// lies behind it as a loop of its own, and both are knitted as one.
+  /// lies over it as a loop of its own, and both are knitted as one.
   enum class Held { none, yarn_behind, yarn_in_front, tuck } held = Held::none;
 
   bool operator==(const ChartStitch&) const = default;

@@ -310,7 +310,7 @@ TEST_CASE("as drawn, yarns have the room that relaxation begins with, and the wi
         "3: k3\n2: k slwyib k\n1: k3", "3: k3\n2: k slwyif k\n1: k3", "3: p2\n2: k slwyib\n1: k slwyif",
         "4: k2\n3: k slwyib\n2: k slwyib\n1: k p", "3: k3\n2: k tuck k\n1: k3",
         "yarn A:\nyarn B:\n2: k slwyib [B]\n1: k2 [A]", "4: k2 tuck k\n3: k4\n2: tuck k3\n1: k4",
-        "float: 3\nyarn A:\nyarn B:\n1: k9 [A8 B]\n2: k9 [B A8]"}) {
+        "4: p2 tuck p\n3: p4\n2: tuck p3\n1: p4", "float: 3\nyarn A:\nyarn B:\n1: k9 [A8 B]\n2: k9 [B A8]"}) {
     const std::string chart_text = text;
     CAPTURE(chart_text);
     const KnitChart chart = test::need(read_chart(text, "chart")).knit;
