@@ -211,6 +211,10 @@ void add_recipe(Options& options, MakeCommand& command) {
       for (const std::string& text : options.given_texts(name)) command.recipe[name + 2] = recipe_value(text);
     for (const std::string& text : options.given_texts("--float"))
       command.recipe["set"]["float"] = recipe_value(text);
+    for (const std::string& text : options.given_texts("--period")) {
+      command.recipe["set"]["width_mm"] = recipe_value(text.substr(0, text.find('x')));
+      command.recipe["set"]["height_mm"] = recipe_value(text.substr(text.find('x') + 1));
+    }
     if (command.options.file_bytes) command.recipe["bytes"] = *command.options.file_bytes;
   });
 }
@@ -261,13 +265,19 @@ Baked bake_cell(const MakeCommand& command) {
   BakeOptions options = command.options.bake;
   CellOptions cell_options = command.cell;
   cell_options.on_start = [&](const StitchSize& size) {
+    if (options.stores_yarns || options.indirect == IndirectLight::lines)
+      value_or_throw(check_room(size, command.input));
     value_or_throw(set_texels(size.min_texels, size.repeats, command.has_texels, command.input,
                               command.options.bake, options));
     if (!command.has_pair_rays) reduce_pair_samples(options);
     report_estimate(size, command, options);
   };
   cell_options.needs_stitch_mesh = options.indirect == IndirectLight::paths;
-  const auto cell = value_or_throw(find_cell(command.input, cell_options));
+  const auto cell = [&] {
+    TerminalProgress relaxation("relax", common.quiet);
+    cell_options.progress = relaxation.callback();
+    return value_or_throw(find_cell(command.input, cell_options));
+  }();
   if (cell.stitch)
     value_or_throw(set_texels(cell.stitch->min_texels, cell.stitch->repeats, command.has_texels,
                               command.input, command.options.bake, options));

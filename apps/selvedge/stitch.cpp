@@ -88,7 +88,12 @@ Result<int> write_description(const StitchCommand& command) {
 Result<int> run(const StitchCommand& command) {
   if (command.list) return list_stitches(command);
   if (has_ending(command.output, ".json")) return write_description(command);
-  const auto cell = value_or_throw(find_cell(command.input, command.cell));
+  const auto cell = [&] {
+    TerminalProgress relaxation("relax", command.common.quiet);
+    CellOptions options = command.cell;
+    options.progress = relaxation.callback();
+    return value_or_throw(find_cell(command.input, options));
+  }();
   const CellMesh& mesh = cell.mesh;
   Json json = {{"stitch", command.input},
                {"vertices", mesh.positions.size()},

@@ -302,6 +302,8 @@ void LineLight::find_exchange() {
       crossings_[i] = trace_lines(yarns_, patches_, spiral_direction(i, o_.direction_count), spacing, i,
                                   *scratch.acquire());
     });
+    // Lines take about half of the time.
+    if (o_.progress) o_.progress(0.5 * end / o_.direction_count);
     for (int i = first; i < end; ++i)
       links += 2 * (crossings_[i].open_air_links.size() + crossings_[i].inside_links.size());
     if (links < max_links && end < o_.direction_count) continue;
@@ -463,6 +465,8 @@ bool LineLight::solve(std::vector<ColourValues>& settled) {
       return small;
     });
     before = change;
+    const double left = std::ranges::max(change) / std::max(std::ranges::max(all), 1e-300);
+    if (o_.progress && left > 0) o_.progress(std::clamp(1 - 0.5 * std::log(left / tolerance) / 9, 0.5, 1.0));
   }
   for (const int c : colours) keep(c);
   return colours.empty();

@@ -8,6 +8,7 @@
 
 #include <span>
 
+#include "format/base/progress.h"
 #include "format/fabric/yarns.h"
 
 namespace selvedge {
@@ -16,6 +17,7 @@ struct LineLightOptions {
   bool both_sides = false;     ///< YarnData::light_through, too
   int direction_count = 64;    ///< of lines, over the upper half of the sphere; each is followed both ways
   float spacing_radii = 0.5F;  ///< of lines, in radii of the thinnest ply
+  Progress progress{};
 };
 
 /// Gives the curves their indirect light, and all light from below if that is wanted. Heights are above the

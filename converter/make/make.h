@@ -53,6 +53,9 @@ Result<FitOutcome> fit_fabric(const Samples& samples, const MakeOptions& options
 Result<void> set_texels(const V2i& min_texels, int repeats, bool given, const std::string& name,
                         const BakeOptions& asked, BakeOptions& options);
 
+/// Refuses a chart or draft of more yarn than a fabric holds (yarn_curves_of()), before any work.
+Result<void> check_room(const StitchSize& size, const std::string& name);
+
 /// Takes fewer rays of a pair for each of a chart's or draft's many texels: their errors average out.
 void reduce_pair_samples(BakeOptions& options);
 

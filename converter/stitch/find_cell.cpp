@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 
+#include "converter/stitch/blocking.h"
 #include "converter/stitch/text_fault.h"
 #include "converter/stitch/wif.h"
 #include "format/base/input_file.h"
@@ -47,9 +48,21 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
       cell.remarks = remarks_on(*cell.choices);
       return cell;
     }
-    cell.stitch = value_or_throw(find_stitch(name_or_path, options.settings, options.on_start));
-    if (options.import.period)
-      return fail(Code::option_out_of_range, name_or_path, "--period", "a stitch has its own period");
+    StitchSettings settings = options.settings;
+    if (const auto& period = options.import.period) {
+      const auto info = value_or_throw(describe_stitch(name_or_path));
+      const auto refuse = [&](const char* why) {
+        return fail(Code::option_out_of_range, name_or_path, "--period", why);
+      };
+      if (!set_blocked_size(*period, settings)) return refuse("excludes width_mm and height_mm");
+      if (std::ranges::find(info.parameters, "width_mm", &StitchParameter::name) == info.parameters.end())
+        return refuse("is for knits and meshes");
+    }
+    cell.stitch = value_or_throw(find_stitch(name_or_path, settings, options.on_start,
+                                             [&](const StitchPattern& drawn, RelaxOptions relaxation) {
+                                               relaxation.progress = options.progress;
+                                               return relax(drawn, relaxation);
+                                             }));
     MeshOptions mesh_options = options.mesh;
     mesh_options.repeats = cell.stitch->repeats;
     const StitchPattern& pattern = cell.stitch->pattern;

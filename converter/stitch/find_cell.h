@@ -14,9 +14,10 @@ namespace selvedge {
 
 struct CellOptions {
   MeshOptions mesh;               ///< used for stitches
-  MeshImportOptions import;       ///< used for mesh files; a period for a stitch is refused
+  MeshImportOptions import;       ///< used for mesh files; a period of a knit is what it is blocked to
   StitchSettings settings;        ///< of a stitch's parameters; refused for mesh files
   StartCallback on_start = {};    ///< called before the yarns of a chart or draft are laid
+  Progress progress = {};         ///< of relaxation
   bool needs_stitch_mesh = true;  ///< false: stitches get their yarn alone
 };
 

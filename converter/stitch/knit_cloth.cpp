@@ -334,6 +334,20 @@ std::vector<double> KnitCloth::curvature() const {
   return mean;
 }
 
+double KnitCloth::stretch() const {
+  double largest = -1;
+  for (const Chain& chain : chains_) {
+    double length = 0;
+    double rest = 0;
+    for (std::uint32_t i = chain.begin; i < chain.end; ++i) {
+      length += length_of(along(i));
+      rest += lengths_[i];
+    }
+    largest = std::max(largest, length / rest - 1);
+  }
+  return largest;
+}
+
 void KnitCloth::give(DrawnKnit& knit) const {
   knit.pattern.period_mm = period_;
   for (std::size_t c = 0; c < chains_.size(); ++c) {

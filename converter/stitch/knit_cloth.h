@@ -18,6 +18,7 @@
 
 #include <Eigen/SparseCholesky>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -42,6 +43,8 @@ class KnitCloth {
   KnitCloth(const DrawnKnit& knit, double gap_radii, const std::vector<double>& curvature);
 
   void rest(const ClothGoal& goal);
+  /// Called in every step.
+  void on_step(std::function<void()> told) { on_step_ = std::move(told); }
 
   V2d period() const { return period_; }
   /// Mean curvature of its loops, as it is given.
@@ -50,6 +53,8 @@ class KnitCloth {
   int steps() const { return steps_; }
   /// Fraction of the energy that the last steps_between_factors steps have freed.
   double residual() const { return residual_; }
+  /// Fraction by which the yarn that is stretched most is longer than its parts.
+  double stretch() const;
   /// Fraction of the radius of yarn that there is room for.
   double radius_fraction() const { return thin_; }
   /// Gives yarns their segments, squeezes and period; radii stay.
@@ -172,6 +177,7 @@ class KnitCloth {
   double period_inverse_[3] = {1, 0, 1};           ///< of its Schur complement: xx, xy, yy
   bool is_free_ = false;
   int steps_ = 0;
+  std::function<void()> on_step_;
   double residual_ = 1;
 };
 

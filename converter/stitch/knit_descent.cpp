@@ -111,6 +111,7 @@ void KnitCloth::converge(int max_steps) {
 /// A step of L-BFGS; whether it has lowered the energy.
 bool KnitCloth::step(double& value) {
   ++steps_;
+  if (on_step_) on_step_();
   Vector direction = descent();
   double slope = direction.dot(gradient_);
   if (slope >= 0) {

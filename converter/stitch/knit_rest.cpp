@@ -19,6 +19,8 @@ constexpr double max_radius = 0.35;
 constexpr int free_steps = 300;
 constexpr int gauge_steps = 60;
 constexpr int rough_steps = 20;
+/// Progress after the first of both.
+constexpr double free_part = 0.7;
 
 }  // namespace
 
@@ -44,14 +46,25 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
 
   DrawnKnit knit{drawn, options.parts};
   KnitCloth cloth(knit, options.gap_radii, curvature);
+  const auto tell = [&](double from, double to, int steps) {
+    if (options.progress)
+      cloth.on_step([&, from, to, steps, begin = cloth.steps()] {
+        options.progress(std::min(to, from + (to - from) * (cloth.steps() - begin) / steps));
+      });
+  };
+  // Mostly, after some 50 steps of stages.
+  tell(0, free_part, 50 + free_steps);
   // Floats span what plain knit behind them would.
   cloth.rest({.grows = true,
               .is_free = true,
               .period_mm = drawn.period_mm * begin,
               .float_factor = begin.x,
               .max_steps = options.is_rough ? rough_steps : free_steps});
-  const V2d slack = plain.period() / gauge;
-  const V2d period = options.blocked_mm.x > 0 ? options.blocked_mm : cloth.period() / slack;
+  const V2d free = cloth.period() * gauge / plain.period();
+  V2d period = free;
+  for (int k = 0; k < 2; ++k)
+    if (options.blocked_mm[k] > 0) period[k] = options.blocked_mm[k];
+  tell(free_part, 1, 50 + gauge_steps);
   cloth.rest(
       {.presses = true, .period_mm = period, .max_steps = options.is_rough ? rough_steps : gauge_steps});
   cloth.give(knit);
@@ -71,8 +84,15 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
   }
   constexpr double min_part = 0.75;
   const double fraction = thinned * cloth.radius_fraction();
-  return {std::move(knit.pattern), fraction,      fraction >= min_part, std::move(knit.parts),
-          plain.period(),          cloth.steps(), cloth.residual()};
+  return {.pattern = std::move(knit.pattern),
+          .radius_fraction = fraction,
+          .has_settled = fraction >= min_part,
+          .parts = std::move(knit.parts),
+          .plain_mm = plain.period(),
+          .free_mm = free,
+          .stretch = cloth.stretch(),
+          .steps = cloth.steps(),
+          .residual = cloth.residual()};
 }
 
 }  // namespace selvedge

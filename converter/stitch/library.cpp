@@ -10,6 +10,7 @@
 #include <numbers>
 #include <utility>
 
+#include "converter/stitch/blocking.h"
 #include "converter/stitch/chart.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/flat_yarn.h"
@@ -90,6 +91,8 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
                  100,
                  "root of tex over cm of yarn a stitch: gives wale and course, if set with tex"},
                 slack_parameter()};
+  append(parameters, blocking_parameters({drawn.wale_mm * static_cast<double>(drawn.rows.front().size()),
+                                          drawn.course_mm * static_cast<double>(drawn.rows.size())}));
   if (drawn.yarns.size() > 1) {
     parameters.push_back({"float",
                           {1.0 * drawn.max_float},
@@ -233,14 +236,11 @@ void lay_repeats(const StitchValues& values, const std::string& name, FoundStitc
   found.pattern = repeat_pattern(found.pattern, found.repeats);
   found.min_texels *= found.repeats;
   value_or_throw(validate(found.pattern, name));
-  // Beside its nodes, a file holds this number of hairs (format/fabric/yarns.h).
-  constexpr double max_hairs = 1 << 16;
   double hairs = 0;
   for (const Yarn& yarn : found.pattern.yarns) hairs += expected_hairs(yarn);
-  if (hairs <= max_hairs) return;
-  for (Yarn& yarn : found.pattern.yarns) yarn.hairiness *= max_hairs / hairs;
-  found.remarks.push_back(
-      fmt::format("{:.0f} hairs a repeat are too many: {:.0f} % are kept", hairs, 100 * max_hairs / hairs));
+  if (const double kept = cut_hairs(found.pattern); kept < 1)
+    found.remarks.push_back(
+        fmt::format("{:.0f} hairs a repeat are too many: {:.0f} % are kept", hairs, 100 * kept));
 }
 
 double shorter_period(const StitchPattern& pattern) {
@@ -336,13 +336,19 @@ void tell_thickness(double fraction, FoundStitch& found) {
 
 /// Tells the size of a chart or draft of `cells` each way, whose repeats are still to be laid.
 void tell_size(const StitchValues& values, const V2i& cells, const V2i& min_texels, bool woven,
-               const StitchPattern& drawn, const StartCallback& start) {
+               const DrawnKnit& drawn, const StartCallback& start) {
   if (!start) return;
   const auto repeats = static_cast<int>(values.number("repeats"));
   double radii = 0;
-  for (const Yarn& yarn : drawn.yarns)
-    for (const BezierSegment& segment : yarn.segments)
-      radii += yarn.plies * polygon_length(segment) / yarn.radius_mm;
+  for (std::size_t y = 0; y < drawn.pattern.yarns.size(); ++y) {
+    const Yarn& yarn = drawn.pattern.yarns[y];
+    double length = 0;
+    if (woven)
+      for (const BezierSegment& segment : yarn.segments) length += polygon_length(segment);
+    else
+      for (const KnitPart& part : drawn.parts[y]) length += part.length_mm;
+    radii += yarn.plies * length / yarn.radius_mm;
+  }
   start({cells.x * cells.y * repeats * repeats, woven, min_texels * repeats, repeats,
          radii * repeats * repeats});
 }
@@ -359,7 +365,7 @@ RelaxOptions relax_options(const StitchValues& values, bool woven, bool thins) {
 
 /// `tell`: called with the values and the yarns as drawn, before they come to rest.
 Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, const Relaxer& relaxer,
-                            const std::function<void(const StitchValues&, const StitchPattern&)>& tell = {}) {
+                            const std::function<void(const StitchValues&, const DrawnKnit&)>& tell = {}) {
   settings.insert(stitch.settings.begin(), stitch.settings.end());
   settings = by_count(stitch, std::move(settings));
   const auto values =
@@ -376,12 +382,13 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
   set_seed(values, stitch.info.name, drawn);
   if ((woven ? relaxation_work(drawn) : relaxation_work(knit)) > max_relaxation_work)
     return refuse(too_much_work);
-  if (tell) tell(values, drawn);
+  if (tell) tell(values, knit);
   RelaxOptions options = relax_options(values, woven, !given);
   options.parts = std::move(knit.parts);
   if (!woven) options.gauge_mm = {values.number("wale_mm"), values.number("course_mm")};
   if (stitch.blocked) options.blocked_mm = drawn.period_mm;
-  RelaxResult result = relaxer(drawn, options);
+  RelaxResult result = woven ? relaxer(drawn, options)
+                             : rest_blocked(stitch.info.name, values, drawn, std::move(options), relaxer);
   // Soft yarn of a knit gives way before it is refused.
   const double min_part = woven ? 1 - touching_overlap : 0.85;
   if (given ? result.radius_fraction < min_part : !result.has_settled)
@@ -393,7 +400,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
   if (woven) {
     apply_woven_settings(values, stitch.warps, found.pattern);
   } else {
-    found.plain_mm = options.gauge_mm;
+    found.plain_mm = {values.number("wale_mm"), values.number("course_mm")};
     for (Yarn& yarn : found.pattern.yarns)
       yarn.hair_mm = std::min(yarn.hair_mm, 0.99 * shorter_period(found.pattern) / max_hair_length_ratio);
   }
@@ -424,7 +431,7 @@ FoundStitch chart_in(const std::string& text, const std::string& path, const Sti
   const BuiltIn stitch = stitch_of(chart, path);
   const V2i cells(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size()));
   auto found = value_or_throw(
-      relaxed(stitch, settings, relaxer, [&](const StitchValues& values, const StitchPattern& drawn) {
+      relaxed(stitch, settings, relaxer, [&](const StitchValues& values, const DrawnKnit& drawn) {
         tell_size(values, cells, cells * texels_per_stitch, false, drawn, start);
       }));
   found.min_texels = cells * (texels_per_stitch * found.repeats);
@@ -486,7 +493,7 @@ Result<FoundStitch> draft_in(const std::string& text, const std::string& path, c
     }
   }
   tell_size(values, {static_cast<int>(draft.weave.warp.size()), static_cast<int>(draft.weave.weft.size())},
-            found.min_texels, true, draw_weave(draft.weave, name), start);
+            found.min_texels, true, {draw_weave(draft.weave, name)}, start);
   constexpr std::size_t finely_relaxed = 144;  // crossings
   options.is_rough = draft.weave.warp_is_over.size() > finely_relaxed;
   double thickness = options.is_rough ? thin_as_corner(draft.weave, name, options, relaxer) : 1;

@@ -73,8 +73,6 @@ struct StitchSize {
 };
 /// May throw Failure, which refuses the stitch.
 using StartCallback = std::function<void(const StitchSize&)>;
-/// relax(), or what takes its place: a rougher one, or its memory.
-using Relaxer = std::function<RelaxResult(const StitchPattern&, const RelaxOptions&)>;
 
 /// A built-in stitch by its name, or else the stitch description (.json), the weaving draft (.wif) or the
 /// knitting chart (.txt, or a picture, .png) in a file. Refuses other names (stitch_unknown), and settings

@@ -17,6 +17,7 @@
 #include "converter/stitch/yarn_plies.h"
 #include "converter/stitch/yarn_tubes.h"
 #include "format/base/guard.h"
+#include "format/base/memory.h"
 #include "format/base/random.h"
 
 namespace selvedge {
@@ -467,6 +468,24 @@ YarnData chains_of(const StitchPattern& pattern, const YarnChainOptions& options
   return data;
 }
 
+/// Whether a file holds the yarn, and readers with usual memory take it beside its other layers.
+bool fits_file(const YarnData& data, const V2f& period) {
+  constexpr std::int64_t few_pieces = max_piece_count / 8;
+  constexpr double memory_part = 0.8;
+  const std::int64_t pieces = piece_count(data);
+  return pieces <= few_pieces ||
+         (pieces <= max_piece_count && yarn_memory_bytes(data, period) <= memory_part * default_memory_limit);
+}
+
+/// Throws Failure.
+YarnData usual_chains(const StitchPattern& pattern, YarnChainOptions options) {
+  YarnData data = chains_of(pattern, options);
+  const double times = static_cast<double>(data.nodes.size()) / many_nodes;
+  if (times <= 1) return data;
+  for (double* sag : {&options.max_sag, &options.max_flat_sag}) *sag *= times * times;
+  return chains_of(pattern, options);
+}
+
 }  // namespace
 
 double expected_hairs(const Yarn& yarn) {
@@ -478,14 +497,42 @@ double expected_hairs(const Yarn& yarn) {
   return yarn.hairiness * length / (mean * yarn.hair_mm);
 }
 
+double cut_hairs(StitchPattern& pattern) {
+  // Hairs that any file holds, and those that it holds beside any yarn.
+  constexpr double max_hairs_alone = 1 << 16;
+  constexpr double max_hairs_beside_much = 1 << 15;
+  double hairs = 0;
+  for (const Yarn& yarn : pattern.yarns) hairs += expected_hairs(yarn);
+  double kept = hairs;
+  const auto cut_to = [&](double room) {
+    for (Yarn& yarn : pattern.yarns) yarn.hairiness *= room / kept;
+    kept = room;
+  };
+  if (kept > max_hairs_alone) cut_to(max_hairs_alone);
+  if (kept > max_hairs_beside_much && !fits_file(usual_chains(pattern, {}), V2f(pattern.period_mm)))
+    cut_to(max_hairs_beside_much);
+  return hairs > 0 ? kept / hairs : 1;
+}
+
 Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOptions& options) {
   return catch_failure([&] {
-    YarnData data = chains_of(pattern, options);
-    const double times = static_cast<double>(data.nodes.size()) / many_nodes;
-    if (times <= 1) return data;
-    YarnChainOptions coarser = options;
-    for (double* sag : {&coarser.max_sag, &coarser.max_flat_sag}) *sag *= times * times;
-    return chains_of(pattern, coarser);
+    YarnChainOptions own = options;
+    YarnData data = usual_chains(pattern, own);
+    // Plies of fewer pieces show less than chains farther from their curves.
+    int divisions = 0;
+    for (const YarnCurve& curve : data.curves) divisions = std::max(divisions, curve.plies.divisions);
+    constexpr int max_rounds = 16;
+    constexpr double coarser = 1.5;
+    for (int round = 0; round < max_rounds && !fits_file(data, V2f(pattern.period_mm)); ++round) {
+      if (divisions > 1) {
+        --divisions;
+      } else {
+        for (double* sag : {&own.max_sag, &own.max_flat_sag}) *sag *= coarser;
+        data = usual_chains(pattern, own);
+      }
+      for (YarnCurve& curve : data.curves) curve.plies.divisions = std::min(curve.plies.divisions, divisions);
+    }
+    return data;
   });
 }
 

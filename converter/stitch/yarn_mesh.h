@@ -36,10 +36,13 @@ Result<YarnCell> yarn_cell_of(const StitchPattern& pattern);
 /// yet. Heights are the pattern's own. Yarns of several plies are one curve, or one a ply where the plies
 /// turn more often than a file can say or pass a bend so close that they stand still. Refuses patterns as
 /// lay_plies() does. Precondition: a valid pattern.
-/// Chains of many nodes lie farther from their yarns, as a viewer's memory grows with them.
+/// Chains of many nodes lie farther from their yarns, as a viewer's memory grows with them; plies that a
+/// file has no room for get fewer pieces.
 Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOptions& options = {});
 
 /// Hairs that the yarn's hairiness asks for.
 double expected_hairs(const Yarn& yarn);
+/// Takes away hairs that a file has no room for; returns the fraction that is kept. Throws Failure.
+double cut_hairs(StitchPattern& pattern);
 
 }  // namespace selvedge

@@ -108,6 +108,7 @@ class Relaxation {
     grown_ = options_.start_fraction;
     if (!options_.is_rough) piece_ = piece_radii;
     for (int step = 0; step < options_.steps; ++step) {
+      if (options_.progress) options_.progress(1.0 * step / options_.steps);
       if (step % steps_between_distributions == 0) distribute();
       // Long steps for the thickness while the yarns grow, then shrinking ones.
       const double remaining =

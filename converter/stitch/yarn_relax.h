@@ -8,7 +8,11 @@
 // bending alternate with projections of the contacts between capsules, with steps that shrink to zero.
 #pragma once
 
+#include <functional>
+#include <vector>
+
 #include "converter/stitch/knit.h"
+#include "format/base/progress.h"
 
 namespace selvedge {
 
@@ -34,10 +38,11 @@ struct RelaxOptions {
   /// have room.
   bool is_rough = false;
   /// Parts of each yarn of a knit (draw_knit()), whose loops keep their lengths: rest_knit() does it then.
-  /// And the size of a stitch of plain knit; the size that the repeat is blocked to, 0: its own.
+  /// And the size of a stitch of plain knit; the size that the repeat is blocked to, where 0 it is free.
   std::vector<std::vector<KnitPart>> parts{};
   V2d gauge_mm{0, 0};
   V2d blocked_mm{0, 0};
+  Progress progress{};
 };
 
 struct RelaxResult {
@@ -48,6 +53,8 @@ struct RelaxResult {
   bool has_settled = true;                     ///< whether the last try had room for most of its radii
   std::vector<std::vector<KnitPart>> parts{};  ///< of a knit
   V2d plain_mm{0, 0};                          ///< of a knit: size of a free stitch of plain knit
+  V2d free_mm{0, 0};                           ///< of a knit: size of its repeat, left to itself
+  double stretch = 0;                          ///< of a knit: of the yarn that is longest beside its loops
   int steps = 0;                               ///< of a knit
   double residual = 0;  ///< of a knit: fraction of the energy that the last steps freed
 };
@@ -60,5 +67,8 @@ struct RelaxResult {
 /// Deterministic to the bit. Precondition: a valid
 /// pattern whose yarns, at `start` of their radius, do not overlap.
 RelaxResult relax(const StitchPattern& pattern, const RelaxOptions& options = {});
+
+/// relax(), or what takes its place: a rougher one, or its memory.
+using Relaxer = std::function<RelaxResult(const StitchPattern&, const RelaxOptions&)>;
 
 }  // namespace selvedge

@@ -111,7 +111,7 @@ std::string key_of(StitchPattern pattern, RelaxOptions o) {
 /// Passes all that relax() changes.
 void pass(RelaxResult& relaxed, Numbers& all) {
   all.pass(relaxed.radius_fraction, relaxed.has_settled, relaxed.pattern.period_mm.x,
-           relaxed.pattern.period_mm.y);
+           relaxed.pattern.period_mm.y, relaxed.free_mm.x, relaxed.free_mm.y, relaxed.stretch);
   for (Yarn& yarn : relaxed.pattern.yarns) {
     all.pass(yarn.radius_mm, yarn.flattening);
     all.pass_all(yarn.segments);
@@ -142,6 +142,7 @@ RelaxResult relaxed_roughly(const StitchPattern& pattern, RelaxOptions options) 
   RelaxResult relaxed = relaxed_once(pattern, options);
   relaxed.radius_fraction = 1;
   relaxed.has_settled = true;
+  relaxed.stretch = 0;
   return relaxed;
 }
 
@@ -222,11 +223,13 @@ void make(Json json, bool preview) {
   const FoundStitch stitch = value_or_throw(find_stitch(
       stitch_name, settings,
       [&](const StitchSize& size) {
+        value_or_throw(check_room(size, stitch_name));
         adapt(size);
         reduce_pair_samples(of_bake);
         is_large = size.length_radii > 1000;
       },
-      [&](const StitchPattern& pattern, const RelaxOptions& relaxation) {
+      [&](const StitchPattern& pattern, RelaxOptions relaxation) {
+        relaxation.progress = stage(0);
         return preview && is_large ? relaxed_roughly(pattern, relaxation) : relaxed_once(pattern, relaxation);
       }));
   adapt(stitch);

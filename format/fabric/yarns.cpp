@@ -24,7 +24,6 @@ constexpr float max_radius = 2;  ///< in the shorter period
 constexpr int max_plies = 8;
 constexpr int max_divisions = 64;
 constexpr int max_shift = 4096;
-constexpr int max_nodes = 1 << 20;  ///< of all plies and hairs
 /// Times that all yarn covers the cell: knits and weaves do 6 to 13 times. Work on an image of the cell grows
 /// with it, as rays' work does.
 constexpr double max_cover = 1024;
@@ -96,10 +95,8 @@ Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& p
 
 /// Precondition: the nodes of axes are where they may be.
 Result<void> check_segments(const YarnData& data, const V2f& period) {
-  std::int64_t nodes = 0;
-  for (const YarnCurve& c : data.curves)
-    nodes += segment_count(c) + std::int64_t{hair_point_count} * std::abs(c.hairs.count);
-  if (nodes > max_nodes) return refuse("nodes", fmt::format("plies and hairs have more than {}", max_nodes));
+  if (piece_count(data) > max_piece_count)
+    return refuse("nodes", fmt::format("plies and hairs have more than {}", max_piece_count));
   Result<void> result;
   double covered = 0;  // mm^2
   for_each_curve(data, [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> own) {
@@ -127,6 +124,13 @@ Result<void> check_segments(const YarnData& data, const V2f& period) {
 }
 
 }  // namespace
+
+std::int64_t piece_count(const YarnData& data) {
+  std::int64_t nodes = 0;
+  for (const YarnCurve& c : data.curves)
+    nodes += segment_count(c) + std::int64_t{hair_point_count} * std::abs(c.hairs.count);
+  return nodes;
+}
 
 Result<void> validate(const YarnData& data, const V2f& period) {
   const V3f reach = V3f(period.x, period.y, std::max(period.x, period.y)) * max_reach;

@@ -308,6 +308,9 @@ StrandRows ply_strand_rows(const YarnCurve& curve, int ply);
 inline std::int64_t segment_count(const YarnCurve& curve) {
   return std::int64_t{1} * curve.nodes * curve.plies.count * curve.plies.divisions;
 }
+/// Nodes of all plies and hairs, which validate() refuses from here on.
+constexpr std::int64_t max_piece_count = 1 << 20;
+std::int64_t piece_count(const YarnData& data);
 /// The width of rays from which on none meets the segment; infinite for all but most hairs.
 float min_empty_width(const Yarns::Segment& segment);
 /// Makes the segments of one curve from its own nodes, ply after ply. Precondition: validate() holds of all

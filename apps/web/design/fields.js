@@ -4,7 +4,7 @@ import {colour_parameters, default_text, is_colour_parameter, is_yarn_kind, kind
 
 /** Parameters are in the first group whose pattern their name has. */
 const GROUPS = [
-  ['Colours', /colour$|albedo|melange|marl/], ['Gauge', /wale|course|spacing|slack|tightness|repeats/],
+  ['Colours', /colour$|albedo|melange|marl/], ['Gauge', /wale|course|spacing|slack|tightness|repeats|width|height/],
   ['Fibre', /yarn$|fibre|hair|irregularity|packing|transmission/], ['Finish', /gloss|roughness|lustre|flattening|seed/], ['Yarn', /./]
 ];
 const OPEN = new Set(['Colours', 'Gauge']);

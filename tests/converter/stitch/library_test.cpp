@@ -8,7 +8,9 @@
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/pattern_json.h"
+#include "converter/stitch/yarn_mesh.h"
 #include "format/base/atomic_file.h"
+#include "format/base/memory.h"
 #include "tests/converter/cells.h"
 #include "tests/converter/load_cell.h"
 #include "tests/format/files.h"
@@ -172,6 +174,35 @@ TEST_CASE("parameters are refused by their name, and yarns that have no room") {
   CHECK(place("plain-knit", {{"plies", {2.5}}}) == "--set plies");
   CHECK(place("plain-knit", {{"radius_mm", {1.5}}}) == "--set radius_mm");
   CHECK(place("basket", {{"warp_radius_mm", {0.6}}}) == "--set warp_radius_mm, weft_radius_mm");
+  for (const V2d& size : {V2d(5, 6), V2d(2, 2), V2d(1e6, 3.8)})
+    CHECK(place("plain-knit", {{"width_mm", {size.x}}, {"height_mm", {size.y}}}) ==
+          "--set width_mm, height_mm");
+}
+
+TEST_CASE("a knit is blocked to a size, or one side of it, and its yarn keeps its length") {
+  const auto length_of = [](const StitchPattern& pattern) {
+    double length = 0;
+    for (const BezierSegment& segment : pattern.yarns[0].segments) length += polygon_length(segment);
+    return length;
+  };
+  const StitchPattern free = found("rib");
+  const StitchPattern blocked = found("rib", {{"width_mm", {9}}, {"height_mm", {3.4}}});
+  CHECK(blocked.period_mm == V2d(9, 3.4));
+  CHECK(length_of(blocked) == doctest::Approx(length_of(free)).epsilon(0.01));
+  const StitchPattern wide = found("rib", {{"width_mm", {9}}});
+  CHECK(wide.period_mm.x == 9);
+  CHECK(wide.period_mm.y == doctest::Approx(free.period_mm.y));
+}
+
+TEST_CASE("yarn of many stitches fits into a file and its readers' memory, with fewer hairs and pieces") {
+  const FoundStitch many = test::need(find_stitch("two-colour", {{"repeats", {16}}}));
+  CHECK(many.remarks.back().ends_with("are kept"));
+  const YarnData data = test::need(yarn_curves_of(many.pattern));
+  int hairs = 0;
+  for (const YarnCurve& curve : data.curves) hairs += curve.hairs.count;
+  CHECK(hairs == doctest::Approx(1 << 15).epsilon(0.01));
+  CHECK(piece_count(data) <= max_piece_count);
+  CHECK(yarn_memory_bytes(data, V2f(many.pattern.period_mm)) < default_memory_limit);
 }
 
 TEST_CASE("a stitch description on disk is found by its path and takes the parameters of all yarns") {
