@@ -171,7 +171,7 @@ std::optional<M44d> local_transform(const Json& node) {
       !numbers(member(node, "scale"), s)) {
     return std::nullopt;
   }
-  const M44d rotation = Imath::Quatd(r[3], r[0], r[1], r[2]).normalized().toMatrix44();
+  const M44d rotation = Imath::Quatd(r[3], r[0], r[1], r[2]).toMatrix44();
   return M44d().setScale(V3d(s[0], s[1], s[2])) * rotation * M44d().setTranslation(V3d(t[0], t[1], t[2]));
 }
 

@@ -151,6 +151,7 @@ Pose pose_of(GltfReader& reader, const Json& node, const Json& mesh, NodeTransfo
   const std::string place = fmt::format("/skins/{}", index_of(number));
   const Json& skin = reader.entry("skins", index_of(number), place_of_node + "/skin");
   const Json& joints = array_member(skin, "joints");
+  if (joints.empty()) reader.fail(Code::gltf_malformed, place, "the skin has no joints");
   std::vector<double> inverse;
   if (const Json& accessor = member(skin, "inverseBindMatrices"); !accessor.is_null()) {
     const std::string where = place + "/inverseBindMatrices";

@@ -13,6 +13,7 @@
 
 #include "format/base/guard.h"
 #include "format/gltf/access.h"
+#include "format/gltf/clip.h"
 #include "format/gltf/geometry.h"
 #include "format/gltf/materials.h"
 #include "format/gltf/memory.h"
@@ -261,7 +262,9 @@ class SceneReader {
     indices_ += read->indices.size();
     if (indices_ / indices_per_vertex > limits_.vertices)
       reader.fail(Code::file_too_large, place, "too many triangles");
-    if (variant_ >= 0) read->material = material_of_variant(json, read->material);
+    for (int variant = 0; variant < static_cast<int>(scene_.variants.size()); ++variant)
+      read->variant_materials.push_back(material_of_variant(json, variant, read->material));
+    if (variant_ >= 0) read->material = read->variant_materials[variant_];
     if (read->material >= static_cast<int>(scene_.materials.size())) {
       reader.fail(Code::gltf_accessor, place + "/material",
                   fmt::format("there is no material {}", read->material));
@@ -319,11 +322,10 @@ class SceneReader {
     return array_member(member(member(primitive, "extensions"), names::gltf::variants), "mappings");
   }
 
-  int material_of_variant(const Json& primitive, int otherwise) const {
+  static int material_of_variant(const Json& primitive, int variant, int otherwise) {
     for (const Json& mapping : mappings_of(primitive)) {
       const Json& variants = array_member(mapping, "variants");
-      const bool meant =
-          std::ranges::any_of(variants, [&](const Json& v) { return index_of(v) == variant_; });
+      const bool meant = std::ranges::any_of(variants, [&](const Json& v) { return index_of(v) == variant; });
       if (meant) return index_of(member(mapping, "material"));
     }
     return otherwise;
@@ -443,23 +445,12 @@ class SceneReader {
     }
   }
 
-  /// An entry of `entries` by its name, else by its number; -1 if `wanted` is empty or there is no such
-  /// entry.
+  /// find_entry(); -1 if `wanted` is empty or there is no such entry.
   int choose(const char* option, const std::string& wanted, const Json& entries) {
     if (wanted.empty()) return -1;
-    int found = -1;
-    std::string present;
-    for (int i = static_cast<int>(entries.size()) - 1; i >= 0; --i) {
-      // The first entry of that name; names come before numbers.
-      const std::string name = string_of(member(entries[i], "name"));
-      if (name == wanted || (found < 0 && std::to_string(i) == wanted)) found = i;
-      present = fmt::format("{} \"{}\"{}{}", i, name, present.empty() ? "" : ", ", present);
-    }
-    if (found < 0) {
-      add(Code::option_out_of_range, option,
-          fmt::format("there is no \"{}\"; the file has {}", wanted, present.empty() ? "none" : present));
-    }
-    return found;
+    const Result<int> found = find_entry(document_, option, wanted, entries);
+    if (!found) add(found.error());
+    return found.value_or(-1);
   }
 
   void remark_on_unread_features() {

@@ -31,6 +31,7 @@ struct UvTransform {
 enum class Wrap { repeat, mirror, clamp };
 
 struct TextureReference {
+  bool operator==(const TextureReference&) const = default;
   int image = -1;  ///< index into Scene::images; -1: none
   int tex_coord = 0;
   UvTransform transform;
@@ -40,6 +41,7 @@ struct TextureReference {
 };
 
 struct FabricReference {
+  bool operator==(const FabricReference&) const = default;
   int fabric = 0;  ///< index into Scene::fabrics
   int tex_coord = 0;
   UvTransform transform;
@@ -47,6 +49,7 @@ struct FabricReference {
 
 /// Textures of the garment that stay visible with the fabric: members of the extension.
 struct GarmentTextures {
+  bool operator==(const GarmentTextures&) const = default;
   TextureReference mask;     ///< in alpha
   float mask_cutoff = 0.5F;  ///< the surface is not there where the mask is less
   TextureReference normal;   ///< linear, bends the fabric's frame
@@ -59,6 +62,7 @@ enum class AlphaMode { opaque, mask, blend };
 
 /// glTF's core material and the fabric of the extension. Factors multiply the textures.
 struct SceneMaterial {
+  bool operator==(const SceneMaterial&) const = default;
   std::string name;
   V4f base_color{1, 1, 1, 1};  ///< linear
   TextureReference base_color_texture;
@@ -86,6 +90,7 @@ struct ScenePrimitive {
   int mesh = 0;      ///< the primitive is /meshes/mesh/primitives/index in the file
   int primitive_index = 0;
   int material = -1;
+  std::vector<int> variant_materials;  ///< `material` in each of Scene::variants
   std::vector<V3f> positions;
   std::vector<V3f> normals;                    ///< this and the next three: empty if the file has none
   std::vector<V4f> tangents;                   ///< xyz + handedness
