@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <span>
 #include <utility>
 
 #include "format/base/guard.h"
@@ -47,12 +48,15 @@ double contrast_at(const Frame& frame, int x, int y) {
 class Drawer {
  public:
   Drawer(Renderer& renderer, const FrameSize& size, const Camera& camera, const DrawOptions& options,
-         RenderStats& stats)
-      : renderer_(renderer), size_(size), camera_(camera), options_(options), stats_(stats) {}
+         std::span<const Tints> tints, RenderStats& stats)
+      : renderer_(renderer), size_(size), camera_(camera), options_(options), tints_(tints), stats_(stats) {}
 
-  /// Draws the whole picture; with `blocks` only their pixels, without a place in the statistics but their
+  std::span<const Tints> tints() const { return tints_; }
+
+  /// Draws the whole pictures; with `blocks` only their pixels, without a place in the statistics but their
   /// times. Throws a Failure.
-  void draw(int supersample, const FrameBlocks* blocks, Frame& frame) {
+  void draw(int supersample, const FrameBlocks* blocks, std::span<const Tints> tints,
+            std::vector<Frame>& frames) {
     FrameSize size = size_;
     size.supersample = supersample;
     // Bands without blocks are not drawn.
@@ -60,14 +64,15 @@ class Drawer {
     DrawOptions options = options_;
     options.cells.samples_per_pixel_side = image_samples(supersample);
     options.blocks = blocks;
-    const RenderStats stats = draw(size, options, frame);
+    const RenderStats stats = draw(size, options, tints, frames);
     if (blocks == nullptr) keep(stats);
   }
   /// The same with any options. Adds to the times of the statistics; returns the frame's own ones.
-  RenderStats draw(const FrameSize& size, const DrawOptions& options, Frame& frame) {
+  RenderStats draw(const FrameSize& size, const DrawOptions& options, std::span<const Tints> tints,
+                   std::vector<Frame>& frames) {
     RenderStats stats;
     value_or_throw(renderer_.resize(size));
-    value_or_throw(renderer_.draw(camera_, options, frame, stats));
+    value_or_throw(renderer_.draw(camera_, options, tints, frames, stats));
     for (const auto& [name, seconds] : render_seconds)
       if (seconds != &RenderStats::prepare_seconds) stats_.*seconds += stats.*seconds;
     stats_.prepare_seconds = stats.prepare_seconds;
@@ -100,14 +105,24 @@ class Drawer {
   const FrameSize& size_;
   const Camera& camera_;
   const DrawOptions& options_;
+  std::span<const Tints> tints_;
   RenderStats& stats_;
 };
 
-/// Blocks of a picture, spread evenly over it, drawn with several supersamplings: as many as it takes until
-/// the standard error of an estimate is small.
+/// Pictures at the blocks that some estimate has taken.
+struct DrawnBlocks {
+  std::vector<Frame> frames;
+  std::vector<std::uint8_t> blocks;
+};
+using BlocksBySupersample = std::map<int, DrawnBlocks>;
+
+/// Blocks of one of the pictures, spread evenly over it, drawn with several supersamplings: as many as it
+/// takes until the standard error of an estimate is small.
 class Probe {
  public:
-  Probe(Drawer& drawer, const FrameSize& size) : drawer_(drawer), size_(size) {
+  /// `drawn` is shared by the pictures.
+  Probe(Drawer& drawer, const FrameSize& size, std::size_t picture, BlocksBySupersample& drawn)
+      : drawer_(drawer), size_(size), picture_(picture), drawn_(drawn) {
     blocks_.columns = (size.width + blocks_.block_size - 1) / blocks_.block_size;
     const int rows = (size.height + blocks_.block_size - 1) / blocks_.block_size;
     blocks_.is_drawn.resize(static_cast<std::size_t>(blocks_.columns) * rows);
@@ -159,7 +174,7 @@ class Probe {
 
   /// A whole picture, of which no blocks are drawn.
   void take_whole(int supersample, const Frame& frame) {
-    drawn_[supersample] = {frame, std::vector<std::uint8_t>(taken_.size(), 1)};
+    drawn_[supersample] = {{frame}, std::vector<std::uint8_t>(taken_.size(), 1)};
   }
 
   /// dB by which a whole picture is more accurate than its blocks, as far as their contrasts differ.
@@ -180,11 +195,6 @@ class Probe {
   }
 
  private:
-  struct Drawn {
-    Frame frame;
-    std::vector<std::uint8_t> blocks;
-  };
-
   std::size_t block_row(int y) const {
     return static_cast<std::size_t>((size_.height - 1 - y) / blocks_.block_size) * blocks_.columns;
   }
@@ -228,18 +238,19 @@ class Probe {
 
   /// The picture at the blocks that are taken.
   const Frame& drawn(int supersample) {
-    Frame& frame = drawn_[supersample].frame;
-    std::vector<std::uint8_t>& blocks = drawn_[supersample].blocks;
-    blocks.resize(taken_.size());
+    DrawnBlocks& known = drawn_[supersample];
+    known.blocks.resize(taken_.size());
     for (std::size_t i = 0; i < taken_.size(); ++i)
-      blocks_.is_drawn[i] = taken_[i] != 0 && blocks[i] == 0 ? 1 : 0;
-    if (std::ranges::find(blocks_.is_drawn, 1) == blocks_.is_drawn.end()) return frame;
-    Frame more;
-    drawer_.draw(supersample, &blocks_, more);
-    if (frame.pixels.empty()) frame = more;
-    for_each_pixel(blocks_.is_drawn, [&](std::size_t i, std::size_t) { frame.pixels[i] = more.pixels[i]; });
-    for (std::size_t i = 0; i < taken_.size(); ++i) blocks[i] |= taken_[i];
-    return frame;
+      blocks_.is_drawn[i] = taken_[i] != 0 && known.blocks[i] == 0 ? 1 : 0;
+    if (std::ranges::find(blocks_.is_drawn, 1) == blocks_.is_drawn.end()) return known.frames[picture_];
+    std::vector<Frame> more;
+    drawer_.draw(supersample, &blocks_, drawer_.tints(), more);
+    if (known.frames.empty()) known.frames = more;
+    for_each_pixel(blocks_.is_drawn, [&](std::size_t i, std::size_t) {
+      for (std::size_t k = 0; k < more.size(); ++k) known.frames[k].pixels[i] = more[k].pixels[i];
+    });
+    for (std::size_t i = 0; i < taken_.size(); ++i) known.blocks[i] |= taken_[i];
+    return known.frames[picture_];
   }
 
   Drawer& drawer_;
@@ -250,14 +261,14 @@ class Probe {
   std::size_t all_ = 0;    ///< that may be taken
   std::size_t count_ = 0;  ///< of taken_
   int next_ = 1;
-  std::map<int, Drawn> drawn_;
+  std::size_t picture_;
+  BlocksBySupersample& drawn_;
   std::size_t pixels_ = 0;  ///< of taken_, channels counted
 };
 
-/// Draws with the least supersampling that has an accuracy, dB.
-AccuratePicture draw_accurate(Drawer& drawer, double wanted, const FrameSize& size, Frame& frame) {
+/// The least supersampling that has an accuracy, dB.
+AccuratePicture choose_rays(const Drawer& drawer, double wanted, Probe& probe) {
   AccuratePicture picture{std::min(2, drawer.limit())};
-  Probe probe(drawer, size);
   if (drawer.limit() >= 4) {
     const auto is_enough = [&](int supersample, double decibels) {
       picture.supersample = supersample;
@@ -276,9 +287,33 @@ AccuratePicture draw_accurate(Drawer& drawer, double wanted, const FrameSize& si
           break;
     }
   }
-  drawer.draw(picture.supersample, nullptr, frame);
-  if (picture.accuracy_db > 0) picture.accuracy_db += probe.correction_db(frame);
   return picture;
+}
+
+/// Draws pictures with the least supersampling that each needs for an accuracy, dB.
+std::vector<AccuratePicture> draw_accurate(Drawer& drawer, double wanted, const FrameSize& size,
+                                           std::vector<Frame>& frames) {
+  const std::span<const Tints> tints = drawer.tints();
+  std::vector<AccuratePicture> pictures;
+  std::vector<Probe> probes;
+  BlocksBySupersample drawn;
+  std::map<int, std::vector<std::size_t>> by_rays;
+  for (std::size_t i = 0; i < tints.size(); ++i) {
+    pictures.push_back(choose_rays(drawer, wanted, probes.emplace_back(drawer, size, i, drawn)));
+    by_rays[pictures.back().supersample].push_back(i);
+  }
+  drawn.clear();
+  frames.resize(tints.size());
+  for (const auto& [supersample, numbers] : by_rays) {
+    std::vector<Tints> chosen;
+    for (const std::size_t i : numbers) chosen.push_back(tints[i]);
+    std::vector<Frame> made;
+    drawer.draw(supersample, nullptr, chosen, made);
+    for (std::size_t k = 0; k < numbers.size(); ++k) frames[numbers[k]] = std::move(made[k]);
+  }
+  for (std::size_t i = 0; i < tints.size(); ++i)
+    if (pictures[i].accuracy_db > 0) pictures[i].accuracy_db += probes[i].correction_db(frames[i]);
+  return pictures;
 }
 
 /// A whole picture on the way to the best one that a time allows.
@@ -366,7 +401,8 @@ std::optional<double> accuracy_of(const Frame& frame, int supersample, Drawer& d
                                   const FrameSize& size) {
   const int reference = std::min(std::max(2 * supersample, 4), drawer.limit());
   if (reference < 2 * supersample && drawer.limit() < max_supersample) return std::nullopt;
-  Probe probe(drawer, size);
+  BlocksBySupersample drawn;
+  Probe probe(drawer, size, 0, drawn);
   if (2 * supersample <= max_supersample) probe.take_whole(supersample, frame);
   // Beyond half of max_supersample no reference has twice the rays: what more rays give is added.
   const int compared = std::min(supersample, max_supersample / 2);
@@ -399,11 +435,11 @@ AccuratePicture draw_in_time(Drawer& drawer, DrawOptions& options, double second
       wave_options.cells.samples_per_pixel_side = image_samples(wave->supersample);
     wave_options.cells.memory_bytes = options.cells.memory_bytes;
     const Stopwatch watch;
-    Frame drawn;
-    const RenderStats stats = drawer.draw(wave_size, wave_options, drawn);
+    std::vector<Frame> drawn;
+    const RenderStats stats = drawer.draw(wave_size, wave_options, drawer.tints(), drawn);
     if (wave_options.is_interrupted()) return picture;
     const double taken = watch.seconds();
-    frame = wave->magnification > 1 ? magnify(drawn, size) : std::move(drawn);
+    frame = wave->magnification > 1 ? magnify(drawn[0], size) : std::move(drawn[0]);
     picture.supersample = wave->supersample;
     picture.magnification = wave->magnification;
     drawer.keep(stats);
@@ -438,21 +474,34 @@ double frame_psnr_db(const Frame& a, const Frame& b) {
 Result<AccuratePicture> draw_for_goal(Renderer& renderer, const PictureGoal& goal, const FrameSize& size,
                                       const Camera& camera, DrawOptions options, Frame& frame,
                                       RenderStats& stats) {
+  std::vector<Frame> frames;
+  auto pictures = draw_for_goal(renderer, goal, size, camera, std::move(options), {&renderer.own_tints(), 1},
+                                frames, stats);
+  if (!pictures) return tl::unexpected(pictures.error());
+  frame = std::move(frames[0]);
+  return (*pictures)[0];
+}
+
+Result<std::vector<AccuratePicture>> draw_for_goal(Renderer& renderer, const PictureGoal& goal,
+                                                   const FrameSize& size, const Camera& camera,
+                                                   DrawOptions options, std::span<const Tints> tints,
+                                                   std::vector<Frame>& frames, RenderStats& stats) {
   return catch_failure([&] {
     stats = {};
-    Drawer drawer(renderer, size, camera, options, stats);
-    AccuratePicture picture{size.supersample};
+    Drawer drawer(renderer, size, camera, options, tints, stats);
+    std::vector<AccuratePicture> pictures(tints.size(), {size.supersample});
+    frames.resize(tints.size());
     if (goal.seconds)
-      picture = draw_in_time(drawer, options, *goal.seconds, size, frame);
+      pictures[0] = draw_in_time(drawer, options, *goal.seconds, size, frames[0]);
     else if (goal.accuracy_db)
-      picture = draw_accurate(drawer, *goal.accuracy_db, size, frame);
+      pictures = draw_accurate(drawer, *goal.accuracy_db, size, frames);
     else
-      drawer.draw(size.supersample, nullptr, frame);
+      drawer.draw(size.supersample, nullptr, tints, frames);
     FrameSize left = size;
-    left.supersample = picture.supersample;
+    left.supersample = pictures[0].supersample;
     left.band_rows = drawer.band_rows(left.supersample);
     value_or_throw(renderer.resize(left));
-    return picture;
+    return pictures;
   });
 }
 

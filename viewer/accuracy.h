@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "viewer/renderer.h"
 
@@ -44,5 +46,12 @@ void accumulate(const RenderStats& one, RenderStats& sum);
 Result<AccuratePicture> draw_for_goal(Renderer& renderer, const PictureGoal& goal, const FrameSize& size,
                                       const Camera& camera, DrawOptions options, Frame& frame,
                                       RenderStats& stats);
+
+/// The same of pictures that differ by tints: for each what the function above gives it by itself, as far as
+/// no time is asked for. Precondition: there is a tint, and only one if goal.seconds is set.
+Result<std::vector<AccuratePicture>> draw_for_goal(Renderer& renderer, const PictureGoal& goal,
+                                                   const FrameSize& size, const Camera& camera,
+                                                   DrawOptions options, std::span<const Tints> tints,
+                                                   std::vector<Frame>& frames, RenderStats& stats);
 
 }  // namespace selvedge

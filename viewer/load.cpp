@@ -27,7 +27,38 @@ Result<Fabric> load_fabric(FabricReader& reader, MemoryBudget& memory) {
 
 Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choice,
                                const SceneLimits& limits) {
-  Result<Scene> scene = read_scene(path, limits, choice);
+  const Result<GltfDocument> document = load_gltf(path, limits.document);
+  if (!document) return tl::unexpected(document.error());
+  return load_scene(*document, choice, limits);
+}
+
+Result<Motion> Motion::load(const std::string& path, const std::string& clip, const SceneChoice& choice,
+                            const SceneLimits& limits) {
+  Result<GltfDocument> document = load_gltf(path, limits.document);
+  if (!document) return tl::unexpected(document.error());
+  const std::uint64_t memory =
+      limits.document.memory - std::min(limits.document.memory, document->memory_used);
+  Result<Clip> read = Clip::read(*document, clip, memory);
+  if (!read) return tl::unexpected(read.error());
+  return Motion{std::move(*document), std::move(*read), choice, limits};
+}
+
+Result<void> Motion::pose(double time, Scene& scene) {
+  clip.pose(time, document);
+  SceneLimits plain = limits;
+  plain.image_bytes = 0;  // the scene has its pictures
+  Result<Scene> posed = read_scene(document, plain, choice);
+  if (!posed) return tl::unexpected(posed.error());
+  scene.primitives = std::move(posed->primitives);
+  scene.instances = std::move(posed->instances);
+  scene.lights = std::move(posed->lights);
+  scene.cameras = std::move(posed->cameras);
+  return {};
+}
+
+Result<LoadedScene> load_scene(const GltfDocument& document, const SceneChoice& choice,
+                               const SceneLimits& limits) {
+  Result<Scene> scene = read_scene(document, limits, choice);
   if (!scene) return tl::unexpected(scene.error());
   Result<MemoryBudget> memory = check_scene_memory(*scene, limits.document.memory);
   if (!memory) return tl::unexpected(memory.error());

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "format/fabric/file.h"
+#include "format/gltf/clip.h"
 #include "format/gltf/read_scene.h"
 #include "format/scene/scene.h"
 
@@ -22,6 +23,25 @@ struct LoadedScene {
 /// reading and drawing. Also the errors of read_scene().
 Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choice = {},
                                const SceneLimits& limits = {});
+
+/// The same from a loaded document.
+Result<LoadedScene> load_scene(const GltfDocument& document, const SceneChoice& choice,
+                               const SceneLimits& limits);
+
+/// A document that one of its clips moves.
+struct Motion {
+  GltfDocument document;
+  Clip clip;
+  SceneChoice choice;
+  SceneLimits limits;
+
+  /// Errors as load_gltf() and Clip::read().
+  static Result<Motion> load(const std::string& path, const std::string& clip, const SceneChoice& choice,
+                             const SceneLimits& limits);
+  /// Gives a scene that was loaded from the document the vertices, instances, lights and cameras of a time,
+  /// s.
+  Result<void> pose(double time, Scene& scene);
+};
 
 /// Reads a fabric that can also be drawn within `memory`.
 Result<Fabric> load_fabric(FabricReader& reader, MemoryBudget& memory);

@@ -95,31 +95,30 @@ V3d turn_light(const V3d& direction, const V2d& drag) {
   return turned(around, V3d(1, 0, 0), -drag.y * degrees_per_height).normalized();
 }
 
-Result<std::vector<Camera>> turntable(std::span<const V3d> points, double aspect,
-                                      const CameraOptions& options, int frames) {
-  std::vector<CameraOptions> views;
+Result<std::vector<CameraOptions>> turntable(std::span<const V3d> points, double aspect,
+                                             const CameraOptions& options, int frames, bool has_top) {
+  std::vector<CameraOptions> views(frames + (has_top ? 1 : 0), options);
+  Imath::Box3d box;
+  for (const V3d& point : points) box.extendBy(point);
   double distance = 0;
-  for (int i = 0; i < frames; ++i) {
-    CameraOptions turned = options;
-    turned.azimuth += 360.0 * i / frames;
-    const Result<CameraOptions> view = start_orbit(points, aspect, turned);
+  for (int i = 0; i < static_cast<int>(views.size()); ++i) {
+    if (i < frames)
+      views[i].azimuth += 360.0 * i / frames;
+    else
+      views[i].elevation = 90;
+    const Result<CameraOptions> view = start_orbit(points, aspect, views[i]);
     if (!view) return tl::unexpected(view.error());
-    views.push_back(*view);
+    views[i] = *view;
     distance = std::max(distance, *view->distance);
   }
-  std::vector<Camera> cameras;
   for (CameraOptions& view : views) {
     view.distance = distance;
-    const Result<Camera> camera = make_camera(points, aspect, view);
-    if (!camera) return tl::unexpected(camera.error());
-    cameras.push_back(*camera);
+    if (view.projection == Projection::perspective &&
+        box.intersects(*view.look_at + camera_axes(view).image_normal() * distance))
+      return fail(Code::option_out_of_range, "", "--distance",
+                  fmt::format("the camera at azimuth {:g} is inside the garment", view.azimuth));
   }
-  return cameras;
-}
-
-std::string frame_path(const std::string& path, int frame) {
-  const std::size_t dot = path.find_last_of('.');
-  return fmt::format("{}-{:04}{}", path.substr(0, dot), frame + 1, path.substr(dot));
+  return views;
 }
 
 }  // namespace selvedge

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 #include <vector>
 
 #include "format/scene/camera.h"
@@ -44,12 +43,10 @@ void orbit_about(CameraOptions& orbit, const V3d& seen);
 /// a turn for the height of the window.
 V3d turn_light(const V3d& direction, const V2d& drag);
 
-/// Cameras once around the scene in `frames` >= 1 equal steps, all looking at the same point from the same
-/// distance: the options' values, or the scene's centre and the distance that shows everything in all frames.
-Result<std::vector<Camera>> turntable(std::span<const V3d> points, double aspect,
-                                      const CameraOptions& options, int frames);
-
-/// "name.png" -> "name-0001.png" for frame 0.
-std::string frame_path(const std::string& path, int frame);
+/// Views once around the scene in `frames` >= 1 equal steps, then with `has_top` one from above, all looking
+/// at the same point from the same distance: the options' values, or the scene's centre and the distance that
+/// shows everything in all frames. OPTION_OUT_OF_RANGE for a perspective view from within the points' box.
+Result<std::vector<CameraOptions>> turntable(std::span<const V3d> points, double aspect,
+                                             const CameraOptions& options, int frames, bool has_top = false);
 
 }  // namespace selvedge

@@ -74,6 +74,10 @@ void check_paper_fabrics(const Scene& scene, const Materials& materials, const s
   }
 }
 
+bool is_white(const Tints& tints) {
+  return std::ranges::all_of(tints, [](const V3f& tint) { return tint == V3f(1, 1, 1); });
+}
+
 /// Composites the frame over the environment that the camera sees; the frame is opaque then.
 void add_backdrop(const Camera& camera, const DrawOptions& options, const Reflections* reflections,
                   Frame& frame) {
@@ -96,6 +100,8 @@ void add_backdrop(const Camera& camera, const DrawOptions& options, const Reflec
 
 struct Renderer::State {
   FrameSize size;
+  RenderPath kind = RenderPath::hybrid;
+  Tints own_tints;
   std::string file;  ///< of the scene
   std::uint64_t scene_memory = 0;
   PreparedScene scene;
@@ -210,28 +216,44 @@ struct Renderer::State {
     Stopwatch watch;
     check_size(options);
     check_draw(options);
-    // Coordinates relative to the scene's centre keep their precision in float.
-    Imath::Box3d bounds;
-    for (const V3d& point : value_or_throw(world_points(source))) bounds.extendBy(point);
     file = source.file;
     scene_memory = source.memory_left;
     size = options;
-    scene.origin = bounds.center();
-    const std::vector<Surface> surfaces = value_or_throw(build_surfaces(source, scene.origin));
-    scene.materials = value_or_throw(materials_of(source, surfaces, fabrics.size(), remarks));
-    scene.mesh = merge(surfaces);
+    kind = options.path;
     for (const Fabric& fabric : fabrics) scene.fabrics.emplace_back(fabric);
-
     context = own ? std::move(own) : value_or_throw(make_context(options));
     value_or_throw(context->make_current());
     gl = value_or_throw(load_gl_functions(*context));
-    textures = std::make_unique<PictureTextures>(gl, scene_memory);
-    if (options.path == RenderPath::paper) check_paper_fabrics(source, scene.materials, fabrics, remarks);
-    path = std::make_unique<FrameRenderer>(gl, scene, options, options.path);
+    prepare_scene(source);
+    if (kind == RenderPath::paper) check_paper_fabrics(source, scene.materials, fabrics, remarks);
     watch.add_lap(prepare);
   }
 
-  void draw(const Camera& camera, const DrawOptions& options, Frame& frame, RenderStats& stats) {
+  /// What depends on the vertices.
+  void prepare_scene(const Scene& source) {
+    path.reset();
+    occluders.reset();
+    shadowed.clear();
+    shadow_maps.clear();
+    floor.reset();
+    sky.reset();
+    vertex_lights.clear();
+    remarks.clear();
+    // Coordinates relative to the scene's centre keep their precision in float.
+    Imath::Box3d bounds;
+    for (const V3d& point : value_or_throw(world_points(source))) bounds.extendBy(point);
+    scene.origin = bounds.center();
+    const std::vector<Surface> surfaces = value_or_throw(build_surfaces(source, scene.origin));
+    scene.materials = value_or_throw(materials_of(source, surfaces, scene.fabrics.size(), remarks));
+    scene.mesh = merge(surfaces);
+    own_tints = tints_of(source);
+    textures = std::make_unique<PictureTextures>(gl, scene_memory);
+    path = std::make_unique<FrameRenderer>(gl, scene, size, kind);
+  }
+
+  void draw(const Camera& camera, const DrawOptions& options, std::span<const Tints> tints,
+            std::span<Frame> frames, RenderStats& stats) {
+    if (tints.size() == 1 && is_white(tints[0])) tints = {};
     stats = {};
     stats.triangles = static_cast<std::int64_t>(scene.mesh.triangles.size());
     value_or_throw(context->make_current());
@@ -255,18 +277,21 @@ struct Renderer::State {
       stats.remarks.push_back(
           fmt::format("shadows of lights are coarser: more than {} surfaces lie behind each other",
                       Occluders::max_overdraw));
-    frame.width = size.width;
-    frame.height = size.height;
-    frame.pixels.resize(frame.width * frame.height);
+    for (Frame& frame : frames) {
+      frame.width = size.width;
+      frame.height = size.height;
+      frame.pixels.resize(frame.width * frame.height);
+    }
     const std::shared_ptr<const Reflections> mirrored = reflect(options);
     watch.add_lap(stats.prepare_seconds);
-    path->draw({camera, options, maps, shaded, mirrored}, frame, stats);
+    path->draw({camera, options, maps, shaded, mirrored, tints}, frames, stats);
     if (!options.environment || options.is_interrupted()) return;
-    if (options.backdrop_roughness >= 0) {
-      add_backdrop(camera, options, mirrored.get(), frame);
-    } else {
-      if (!floor) floor = find_floor(scene.mesh);
-      add_floor(*floor, camera, scene.origin, frame);
+    if (options.backdrop_roughness < 0 && !floor) floor = find_floor(scene.mesh);
+    for (Frame& frame : frames) {
+      if (options.backdrop_roughness >= 0)
+        add_backdrop(camera, options, mirrored.get(), frame);
+      else
+        add_floor(*floor, camera, scene.origin, frame);
     }
   }
 };
@@ -276,6 +301,7 @@ Renderer::~Renderer() {
   // OpenGL objects are deleted in their context.
   if (state_ && state_->context) static_cast<void>(state_->context->make_current());
 }
+const Tints& Renderer::own_tints() const { return state_->own_tints; }
 
 Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std::vector<Fabric>& fabrics,
                                                    const RenderOptions& options,
@@ -289,7 +315,35 @@ Result<std::unique_ptr<Renderer>> Renderer::create(const Scene& scene, const std
 
 Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, Frame& frame,
                             RenderStats& stats) {
-  return catch_failure([&] { state_->draw(camera, options, frame, stats); });
+  return catch_failure([&] { state_->draw(camera, options, {&state_->own_tints, 1}, {&frame, 1}, stats); });
+}
+
+Result<void> Renderer::draw(const Camera& camera, const DrawOptions& options, std::span<const Tints> tints,
+                            std::vector<Frame>& frames, RenderStats& stats) {
+  frames.resize(tints.size());
+  return catch_failure([&] { state_->draw(camera, options, tints, frames, stats); });
+}
+
+Result<void> Renderer::replace(const Scene& scene) {
+  State& s = *state_;
+  return catch_failure([&] {
+    value_or_throw(s.context->make_current());
+    Stopwatch watch;
+    s.prepare_scene(scene);
+    watch.add_lap(s.prepare);
+  });
+}
+
+Tints tints_of(const Scene& scene) {
+  Tints tints;
+  for (const SceneInstance& instance : scene.instances) {
+    const ScenePrimitive& primitive = scene.primitives[instance.primitive];
+    const int material = primitive.material;
+    if (primitive.indices.empty()) continue;
+    const bool has_fabric = material >= 0 && scene.materials[material].fabric.has_value();
+    tints.push_back(has_fabric ? scene.materials[material].garment_textures.tint : V3f(1, 1, 1));
+  }
+  return tints;
 }
 
 Result<void> Renderer::resize(const FrameSize& size) {
@@ -309,8 +363,8 @@ Result<std::optional<PixelProbe>> Renderer::probe_surface(const Camera& camera, 
     value_or_throw(s.context->make_current());
     s.make_textures(camera);
     const std::span<const ShadowMap> shadows = s.draw_shadows(options);
-    return s.path->probe_surface({camera, options, shadows, s.shade_around(options), s.reflect(options)},
-                                 pixel);
+    return s.path->probe_surface(
+        {camera, options, shadows, s.shade_around(options), s.reflect(options), {&s.own_tints, 1}}, pixel);
   });
 }
 

@@ -3,9 +3,11 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "format/scene/scene.h"
+#include "viewer/frame/frame_path.h"
 #include "viewer/gl/context.h"
 #include "viewer/hybrid/probe.h"
 
@@ -33,6 +35,15 @@ class Renderer {
   /// Call on the thread that created the object. The memory of `frame` is reused.
   Result<void> draw(const Camera& camera, const DrawOptions& options, Frame& frame, RenderStats& stats);
 
+  /// Pictures that differ by tints alone: each of `frames` has the bytes that draw() gives the scene with one
+  /// of `tints`. These are many times cheaper than frames by themselves, as images of fabrics are shared.
+  Result<void> draw(const Camera& camera, const DrawOptions& options, std::span<const Tints> tints,
+                    std::vector<Frame>& frames, RenderStats& stats);
+
+  /// Replaces the scene by one with other vertices and materials, of the same pictures and fabrics, as if the
+  /// object had been created with it. After an error, draw only after a successful replacement.
+  Result<void> replace(const Scene& scene);
+
   /// Changes the frame's size, not meshes and fabrics. After an error, draw only after a successful resize.
   Result<void> resize(const FrameSize& size);
 
@@ -41,11 +52,16 @@ class Renderer {
   Result<std::optional<PixelProbe>> probe_surface(const Camera& camera, const DrawOptions& options,
                                                   const V2i& pixel);
 
+  const Tints& own_tints() const;  ///< of the scene
+
  private:
   struct State;
   explicit Renderer(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
+
+/// The factors on the light of the fabrics of a scene's instances.
+Tints tints_of(const Scene& scene);
 
 /// One frame. `fabrics[i]` is scene.fabrics[i]. The frame's bytes do not depend on the number of threads.
 /// Errors: OPTION_OUT_OF_RANGE, GARMENT_EMPTY, GARMENT_NO_UVS, GLTF_REFERENCE (a missing fabric),

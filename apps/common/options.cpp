@@ -32,7 +32,9 @@ std::optional<std::pair<std::uint64_t, std::string>> whole_number(const std::str
 }
 
 std::string fault_of_ending(const std::string& file, const std::vector<std::string>& endings) {
-  const auto fits = [&](const std::string& ending) { return has_ending(file, ending); };
+  const auto fits = [&](const std::string& ending) {
+    return ending == "-" ? file == "-" : has_ending(file, ending);
+  };
   if (std::ranges::any_of(endings, fits)) return {};
   return fmt::format("\"{}\" does not end in {}", file, fmt::join(endings, " or "));
 }
@@ -175,7 +177,9 @@ Result<void> Options::check_outputs() const {
   for (const FileOption& file : files_) {
     if (file.use != FileOption::Use::written) continue;
     std::vector<std::string> paths = file.option->results();
-    std::erase(paths, "-");
+    // Names of many files, which their verb opens.
+    std::erase_if(paths,
+                  [](const std::string& path) { return path == "-" || path.find('{') != std::string::npos; });
     if (auto good = check_writable(paths); !good) return good;
   }
   return {};

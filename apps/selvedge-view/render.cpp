@@ -3,20 +3,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <map>
 
 #include "apps/selvedge-view/commands.h"
+#include "apps/selvedge-view/series.h"
 #include "apps/selvedge-view/shot.h"
 #include "format/base/atomic_file.h"
 #include "format/base/option_text.h"
 #include "format/base/parallel.h"
-#include "viewer/orbit.h"
+#include "format/base/progress.h"
 #include "viewer/renderer.h"
+#include "viewer/scene/change_fabrics.h"
 
 namespace selvedge {
 namespace {
 
-/// Maximum number of files of one run, which are all open until the last is written.
-constexpr std::size_t max_files = 720;
+/// Maximum number of files of one run.
+constexpr std::size_t max_files = 20000;
 
 /// Writes a frame to `path` in the format of the name `like`.
 Result<void> write(const DisplayOptions& display, const Frame& frame, const std::string& like,
@@ -25,21 +29,17 @@ Result<void> write(const DisplayOptions& display, const Frame& frame, const std:
   return write_png(path, to_display_image(frame, display));
 }
 
-/// The files of all frames, opened before the work, so that an unwritable folder is reported first.
-std::vector<AtomicFile> open_files(const RenderCommand& command, std::size_t frames) {
-  std::vector<AtomicFile> files;
-  for (std::size_t i = 0; i < frames; ++i) {
-    for (const std::string& path : command.outputs)
-      files.push_back(value_or_throw(
-          AtomicFile::create(command.turntable > 0 ? frame_path(path, static_cast<int>(i)) : path)));
-  }
-  return files;
+void write_to_output(const DisplayOptions& display, const Frame& frame) {
+  const auto bytes = value_or_throw(encode_png(to_display_image(frame, display)));
+  if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) != bytes.size() || std::fflush(stdout) != 0)
+    throw Failure{{Code::file_unwritable, "standard output", "", "cannot be written"}};
 }
 
 struct Drawn {
   RenderStats stats;        ///< sums over the frames
-  AccuratePicture picture;  ///< the first frame; without a time the others have its supersampling
+  AccuratePicture picture;  ///< the first one
   std::vector<std::string> outputs;
+  Json pictures = Json::array();
   float brightest = 0;  ///< sRGB value of the frames, over black
   double write_seconds = 0;
 };
@@ -51,44 +51,145 @@ float brightest(const Frame& frame, DisplayOptions display) {
   return linear_to_srgb(std::ranges::max(image.pixels));
 }
 
-/// Draws all frames into temporary files.
-Drawn draw(const Shot& shot, PictureGoal goal, const std::vector<AtomicFile>& files) {
-  const Stopwatch preparing;
-  const std::unique_ptr<Renderer> renderer =
-      value_or_throw(Renderer::create(shot.scene, shot.fabrics, shot.options));
-  if (goal.seconds) *goal.seconds -= preparing.seconds();
-  const std::size_t files_per_frame = files.size() / shot.cameras.size();
-  RenderOptions options = shot.options;
-  Frame frame;
-  Drawn drawn;
-  auto file = files.begin();
-  for (const Camera& camera : shot.cameras) {
-    options.lights = shot.look.all_lights(camera);
-    RenderStats stats;
-    const bool is_first = &camera == shot.cameras.data();
-    if (is_first || goal.seconds) {
-      const auto picture =
-          value_or_throw(draw_for_goal(*renderer, goal, options, camera, options, frame, stats));
-      if (is_first) drawn.picture = picture;
-      if (!goal.seconds) options.cells.samples_per_pixel_side = image_samples(picture.supersample);
-    } else {
-      value_or_throw(renderer->draw(camera, options, frame, stats));
+/// Variants that a scene wears with one set of images: they differ by tints.
+struct VariantGroup {
+  Scene scene;  ///< in the first
+  std::vector<std::size_t> variants;
+};
+
+/// Draws all pictures, each by itself the one that its frame and variant alone give.
+class Series {
+ public:
+  Series(const RenderCommand& command, Shot& shot)
+      : command_(command), shot_(shot), goal_(command.goal), progress_("pictures", command.common.quiet) {
+    std::vector<std::string> names;
+    for (const ShotVariant& variant : shot.variants) names.push_back(variant.name);
+    variant_names_ = file_safe(names);
+    if (shot.variants.size() * shot.frames.size() * command.outputs.size() > max_files)
+      throw Failure{
+          {Code::option_out_of_range, "", "--output", fmt::format("are more than {} files", max_files)}};
+    // All are opened before the work, so that an unwritable folder is reported first.
+    if (command.streams()) return;
+    for (std::size_t v = 0; v < shot.variants.size(); ++v) {
+      for (const ShotFrame& frame : shot.frames)
+        for (const std::string& output : command.outputs)
+          paths_.push_back(files_.add(series_path(output, place_of(v, frame))).path());
     }
-    accumulate(stats, drawn.stats);
-    drawn.brightest = std::max(drawn.brightest, brightest(frame, shot.look.display));
-    Stopwatch watch;
-    for (std::size_t i = 0; i < files_per_frame; ++i, ++file) {
-      drawn.outputs.push_back(file->path());
-      value_or_throw(
-          write(shot.look.display, frame, file->path(), file->temporary_path()).map_error([&](Error error) {
-            error.file = file->path();
-            return error;
-          }));
+    for (std::size_t i = 0; i < paths_.size(); ++i) {
+      if (!by_path_.emplace(file_identity(paths_[i]), i).second)
+        throw Failure{{Code::option_out_of_range, "", "--output",
+                       fmt::format("{} is the file of two pictures; name it by {{frame}}", paths_[i])}};
     }
-    watch.add_lap(drawn.write_seconds);
   }
-  return drawn;
-}
+
+  Drawn draw() {
+    for (VariantGroup& group : groups()) draw(group);
+    value_or_throw(files_.commit());
+    drawn_.outputs = paths_;
+    return std::move(drawn_);
+  }
+
+ private:
+  SeriesPlace place_of(std::size_t variant, const ShotFrame& frame) const {
+    return {frame.name, frame.number, command_.has_variants() ? variant_names_[variant] : ""};
+  }
+
+  std::vector<VariantGroup> groups() const {
+    std::vector<VariantGroup> groups;
+    for (std::size_t i = 0; i < shot_.variants.size(); ++i) {
+      Scene scene = worn_scene(shot_, shot_.variants[i]);
+      const auto same = std::ranges::find_if(
+          groups, [&](const VariantGroup& group) { return differ_by_tints(group.scene, scene); });
+      // What a time draws depends on what else is drawn.
+      if (same != groups.end() && !goal_.seconds)
+        same->variants.push_back(i);
+      else
+        groups.push_back({std::move(scene), {i}});
+    }
+    return groups;
+  }
+
+  void draw(VariantGroup& group) {
+    const Stopwatch preparing;
+    if (shot_.motion) pose(command_, shot_, shot_.frames[0], group.scene);
+    const auto wear = [&](std::size_t variant) {
+      if (const int index = shot_.variants[variant].variant; index >= 0)
+        value_or_throw(wear_variant(index, group.scene));
+    };
+    double time = shot_.frames[0].time;
+    wear(group.variants[0]);
+    const auto renderer = value_or_throw(Renderer::create(group.scene, shot_.fabrics, shot_.options));
+    if (goal_.seconds) *goal_.seconds -= preparing.seconds();
+    RenderOptions options = shot_.options;
+    std::vector<Frame> pictures;
+    for (ShotFrame& frame : shot_.frames) {
+      if (shot_.motion && frame.time != time) {
+        pose(command_, shot_, frame, group.scene);
+        wear(group.variants[0]);
+        value_or_throw(renderer->replace(group.scene));
+        time = frame.time;
+      } else if (shot_.motion) {
+        pose(command_, shot_, frame, group.scene);
+      }
+      std::vector<Tints> tints;
+      for (const std::size_t variant : group.variants) {
+        wear(variant);
+        tints.push_back(tints_of(group.scene));
+      }
+      options.lights = shot_.look.all_lights(frame.camera);
+      RenderStats stats;
+      const auto made = value_or_throw(
+          draw_for_goal(*renderer, goal_, options, frame.camera, options, tints, pictures, stats));
+      if (drawn_.pictures.empty()) drawn_.picture = made[0];
+      accumulate(stats, drawn_.stats);
+      Stopwatch watch;
+      for (std::size_t i = 0; i < pictures.size(); ++i) write(frame, group.variants[i], pictures[i], made[i]);
+      watch.add_lap(drawn_.write_seconds);
+    }
+  }
+
+  void write(const ShotFrame& frame, std::size_t variant, const Frame& picture, const AccuratePicture& made) {
+    const DisplayOptions& display = shot_.look.display;
+    drawn_.brightest = std::max(drawn_.brightest, brightest(picture, display));
+    Json row;
+    if (command_.has_variants()) row["variant"] = shot_.variants[variant].name;
+    if (!frame.name.empty()) row["frame"] = frame.name;
+    if (shot_.motion) row["time"] = frame.time;
+    if (frame.view)
+      row["camera"] = {{"azimuth", frame.view->azimuth},
+                       {"elevation", frame.view->elevation},
+                       {"lookAt", *frame.view->look_at},
+                       {"distance", *frame.view->distance}};
+    row["supersample"] = made.supersample;
+    if (command_.streams()) write_to_output(display, picture);
+    for (std::size_t i = 0; i < command_.outputs.size() && !command_.streams(); ++i) {
+      const std::string path = series_path(command_.outputs[i], place_of(variant, frame));
+      row["file"] = path;
+      value_or_throw(selvedge::write(display, picture, path,
+                                     files_.at(by_path_.at(file_identity(path))).temporary_path())
+                         .map_error([&](Error error) {
+                           error.file = path;
+                           return error;
+                         }));
+      drawn_.pictures.push_back(row);
+    }
+    ++written_;
+    if (const Progress progress = progress_.callback())
+      progress(static_cast<double>(written_) /
+               static_cast<double>(shot_.variants.size() * shot_.frames.size()));
+  }
+
+  const RenderCommand& command_;
+  Shot& shot_;
+  PictureGoal goal_;
+  TerminalProgress progress_;
+  std::vector<std::string> variant_names_;
+  SeriesFiles files_;
+  std::vector<std::string> paths_;
+  std::map<std::string, std::size_t> by_path_;
+  std::size_t written_ = 0;
+  Drawn drawn_;
+};
 
 constexpr float black = 2.0F / 255;
 
@@ -100,8 +201,8 @@ bool is_black_undressed(const Shot& shot) {
   options.width = 64;
   options.height = std::max(1, 64 * shot.options.height / shot.options.width);
   options.supersample = 1;
-  options.lights = shot.look.all_lights(shot.cameras.front());
-  const Frame frame = value_or_throw(render(scene, {}, shot.cameras.front(), options));
+  options.lights = shot.look.all_lights(shot.frames[0].camera);
+  const Frame frame = value_or_throw(render(scene, {}, shot.frames[0].camera, options));
   return brightest(frame, shot.look.display) < black;
 }
 
@@ -156,9 +257,10 @@ Json to_json(const RenderCommand& command, const Shot& shot, const Drawn& drawn)
   const double both = -10 * std::log10(std::pow(10, -picture / 10) + std::pow(10, -yarn / 10));
   return {{"input", command.picture.input},
           {"outputs", drawn.outputs},
+          {"pictures", drawn.pictures},
           {"width", shot.options.width},
           {"height", shot.options.height},
-          {"frames", shot.cameras.size()},
+          {"frames", shot.frames.size()},
           {"supersample", drawn.picture.supersample},
           {"magnified", drawn.picture.magnification},
           {"accuracy", known(picture)},
@@ -178,18 +280,10 @@ Json to_json(const RenderCommand& command, const Shot& shot, const Drawn& drawn)
 
 Result<int> run(const RenderCommand& command) {
   limit_mesa_threads(command.common.threads);
-  if (command.outputs.size() * static_cast<std::size_t>(std::max(command.turntable, 1)) > max_files) {
-    return fail(Code::option_out_of_range, "", "--turntable",
-                fmt::format("makes more than {} files at once", max_files));
-  }
   const Stopwatch watch;
-  // Reported before a large garment is read.
-  if (command.turntable == 0) value_or_throw(check_writable(command.outputs));
-  const Shot shot = read_shot(command);
+  Shot shot = read_shot(command);
   const double read = watch.seconds();
-  std::vector<AtomicFile> files = open_files(command, shot.cameras.size());
-  const Drawn drawn = draw(shot, command.goal, files);
-  value_or_throw(commit_all(std::move(files)));
+  const Drawn drawn = Series(command, shot).draw();
   Json all = to_json(command, shot, drawn);
   std::vector<std::string> remarks = shot.scene.remarks;
   remarks.insert(remarks.end(), drawn.stats.remarks.begin(), drawn.stats.remarks.end());
@@ -208,7 +302,7 @@ Result<int> run(const RenderCommand& command) {
   all["seconds"]["read"] = read;
   all["seconds"]["write"] = drawn.write_seconds;
   all["seconds"]["total"] = watch.seconds();
-  report(command.common, "render", all, "");
+  if (!command.streams()) report(command.common, "render", all, "");
   return 0;
 }
 
@@ -222,7 +316,8 @@ void add_render_verb(Program& program) {
   program.add<RenderCommand>(
       {"render", "Draw a scene, or a swatch of a fabric, into PNG and EXR files",
        "selvedge-view render sweater.glb -o sweater.png --size 1280x960 --azimuth 30\n"
-       "selvedge-view render knit.fabric.exr -o knit.exr --repeats 4x4 --light 0,0.5,1 --view 0,-1,1",
+       "selvedge-view render knit.fabric.exr -o knit.exr --repeats 4x4 --light 0,0.5,1 --view 0,-1,1\n"
+       "selvedge-view render sweater.glb --turntable 4 --top -o spin-{frame}.png --size 320x320",
        "PNG: radiance * exposure, tone curve, over the background, clipped, sRGB.\n"
        "EXR: linear radiance * opacity, and opacity.\n"
        "Tone curves of an exposed colour c: neutral is Khronos PBR Neutral (2024), which keeps saturated "

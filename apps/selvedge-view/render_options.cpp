@@ -13,16 +13,68 @@ namespace {
 constexpr std::array<std::string_view, 3> context_names{"auto", "osmesa", "egl"};
 constexpr std::array contexts{ContextKind::automatic, ContextKind::osmesa, ContextKind::egl};
 
+void add_series(Options& options, RenderCommand& command) {
+  options.begin_group("Many pictures (scenes)");
+  options
+      .number(
+          "--turntable", command.turntable, "N",
+          "Draw N frames once around a scene: name-0001.png and so on, or {frame} in the name; all or none")
+      .in_range(1, 9999);
+  options.flag("--top", command.has_top, "And one from above, whose {frame} is top");
+  options.list("--variants", "all|NAME,...", "Each of these variants, as {variant} in the name of the file",
+               [&command](const std::vector<std::string>& texts) {
+                 for (const std::string& text : texts) {
+                   for (std::size_t at = 0; at <= text.size();) {
+                     const std::size_t end = std::min(text.find(',', at), text.size());
+                     command.variants.push_back(text.substr(at, end - at));
+                     at = end + 1;
+                   }
+                 }
+               });
+  options
+      .list("--fabric", command.fabrics, "FILE",
+            "In place of variants: on all that wears a fabric; may be repeated; its name is {variant}")
+      .reads();
+  options.text("--animation", command.animation, "NAME|N", "A clip of the file, which poses the scene");
+  options.number("--time", command.time, "S", "At this time of the clip, which begins again after its end")
+      .in_range(0, 1e6);
+  options.text("--frames", "A..B",
+               "Frames A to B of the clip: frame k is at k / fps; name-%04d.png in numbers",
+               [&command](const std::string& text) {
+                 const std::size_t dots = text.find("..");
+                 if (dots == std::string::npos) refuse("--frames", "must be of the form 0..47");
+                 const auto n = parse_integer_list(
+                     "--frames", text.substr(0, dots) + "," + text.substr(dots + 2), ',', 2, 2, "0,47");
+                 if (n[0] < 0 || n[1] < n[0] || n[1] > 1'000'000)
+                   refuse("--frames", "must go up from 0 or more to at most 1000000");
+                 command.frames = V2i(n[0], n[1]);
+               });
+  options.number("--fps", command.fps, "F", "Frames of --frames a second").in_range(0.001, 1000);
+}
+
 /// Refuses options that have no effect with this input or beside the others.
 void check_render(const Options& options, const RenderCommand& command) {
   const bool swatch = has_ending(command.picture.input, ".exr");
-  options.refuse_if(
-      swatch, "is for scenes, not for a swatch",
-      {"--azimuth", "--elevation", "--fov", "--distance", "--look-at", "--zoom", "--focus", "--camera",
-       "--scene", "--variant", "--orthographic", "--turntable", "--layers", "--ambient"});
+  options.refuse_if(swatch, "is for scenes, not for a swatch",
+                    {"--azimuth", "--elevation", "--fov", "--distance", "--look-at", "--zoom", "--focus",
+                     "--camera", "--scene", "--variant", "--orthographic", "--turntable", "--layers",
+                     "--ambient", "--animation", "--variants", "--fabric"});
   options.refuse_if(
       !command.file_camera.empty(), "has no effect with --camera",
       {"--azimuth", "--elevation", "--fov", "--orthographic", "--distance", "--look-at", "--turntable"});
+  options.refuse_if(command.turntable == 0, "has no effect without --turntable", {"--top"});
+  options.refuse_if(command.turntable > 0, "has no effect with --turntable", {"--frames"});
+  options.refuse_if(command.animation.empty(), "has no effect without --animation", {"--time", "--frames"});
+  options.refuse_if(command.frames.has_value(), "has no effect with --frames", {"--time"});
+  options.refuse_if(!command.frames, "has no effect without --frames", {"--fps"});
+  options.refuse_if(!command.variants.empty(), "has no effect with --variants", {"--variant", "--fabric"});
+  options.refuse_if(command.streams() && command.common.json, "is for standard output, as -o - is",
+                    {"--json"});
+  for (const std::string& output : command.outputs) {
+    if (command.has_variants() && (output == "-" || output.find("{variant}") == std::string::npos))
+      refuse("--output", "needs {variant} in its name: there is a picture for each");
+    if (output == "-" && !command.streams()) refuse("--output", "- is the only one, or none");
+  }
   check_picture(options, command.picture);
   options.refuse_if(!swatch, "is for fabrics, not for a scene",
                     {"--place", "--repeats", "--view", "--pixels-per-texel"});
@@ -59,9 +111,11 @@ void add_swatch(Options& options, RenderCommand& command) {
 
 void declare_render(Options& options, RenderCommand& command) {
   PictureOptions& picture = command.picture;
-  options.list("-o,--output", command.outputs, "FILE", "The picture, .png or .exr; may be repeated")
+  options
+      .list("-o,--output", command.outputs, "FILE|-",
+            "The picture, .png or .exr; may be repeated. -: PNG on standard output, one after the other")
       .required()
-      .ends_in({".png", ".exr"})
+      .ends_in({".png", ".exr", "-"})
       .writes();
   options.size("--size", command.size, "Size of a scene's picture in pixels", 1, 1'000'000);
   picture.image_memory_mib = 160;  // a still has images of one of three bands at a time
@@ -80,10 +134,7 @@ void declare_render(Options& options, RenderCommand& command) {
   options.number("--supersample", command.supersample, "N", "Instead: N x N rays a pixel");
   add_input(options, picture);
   add_drawing(options, command);
-  options
-      .number("--turntable", command.turntable, "N",
-              "Draw N frames once around a scene: name-0001.png and so on, all of them or none")
-      .in_range(1, 9999);
+  add_series(options, command);
   options.begin_group("Camera (scenes)");
   add_camera(options, picture.camera);
   options.number("--distance", picture.camera.distance, "METRES", "Metres from that point");

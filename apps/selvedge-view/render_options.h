@@ -23,9 +23,20 @@ struct RenderCommand {
   PictureGoal goal;
   std::string file_camera;            ///< scenes: name or number; empty: PictureOptions::camera
   bool has_view_angles = false;       ///< --azimuth or --elevation is given
-  SceneChoice choice{{}, {}, false};  ///< scenes
+  SceneChoice choice;                 ///< scenes
+  std::vector<std::string> variants;  ///< scenes: names, or "all"
+  std::vector<std::string> fabrics;   ///< scenes: files, in place of variants
+  std::string animation;              ///< scenes: name or number of a clip; empty: at rest
+  double time = 0;                    ///< of the clip, s
+  std::optional<V2i> frames;          ///< of the clip: first and last; else one, at `time`
+  double fps = 30;                    ///< of `frames`
   std::optional<SwatchView> place;    ///< fabric files: instead of PictureOptions::swatch
-  int turntable = 0;                  ///< frames once around the scene; 0: one frame
+  int turntable = 0;                  ///< frames once around the scene; 0: none
+  bool has_top = false;               ///< one more, from above
+  /// Whether the pictures go to standard output, as PNG files one after the other.
+  bool streams() const { return outputs.size() == 1 && outputs[0] == "-"; }
+  bool has_frames() const { return turntable > 0 || frames.has_value(); }
+  bool has_variants() const { return !variants.empty() || !fabrics.empty(); }
 };
 
 void declare_render(Options& options, RenderCommand& command);

@@ -1,10 +1,15 @@
 #include "apps/selvedge-view/shot.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
+#include <filesystem>
 
 #include "format/base/option_text.h"
 #include "format/scene/framing.h"
 #include "viewer/orbit.h"
+#include "viewer/scene/change_fabrics.h"
 
 namespace selvedge {
 namespace {
@@ -31,30 +36,119 @@ void read_swatch(const RenderCommand& command, Shot& shot, std::vector<Light>& o
   shot.options.width = swatch.width;
   shot.options.height = swatch.height;
   shot.options.layers = 1;
-  shot.cameras = {swatch.camera};
+  shot.frames.emplace_back().camera = swatch.camera;
+  shot.variants.emplace_back();
 }
 
-std::vector<Camera> cameras_of(const RenderCommand& command, Scene& scene) {
-  const double aspect = static_cast<double>(command.size.x) / command.size.y;
+/// What the frame holds: of a clip at even times, so that all of its frames have one camera.
+Framing framing_of(Shot& shot) {
+  Framing framing = value_or_throw(frame_scene(shot.scene));
+  if (!shot.motion) return framing;
+  constexpr int times = 16;
+  constexpr std::size_t max_points = std::size_t{1} << 16;
+  framing.points.clear();
+  for (int i = 0; i < times; ++i) {
+    value_or_throw(shot.motion->pose(shot.motion->clip.seconds() * i / times, shot.scene));
+    const std::vector<V3d> points = value_or_throw(frame_scene(shot.scene)).points;
+    const std::vector<V3d> kept = points.size() > max_points ? box_corners(points) : points;
+    framing.points.insert(framing.points.end(), kept.begin(), kept.end());
+  }
+  return framing;
+}
+
+double aspect_of(const RenderCommand& command) {
+  return static_cast<double>(command.size.x) / command.size.y;
+}
+
+void add_frames(const RenderCommand& command, Shot& shot) {
+  const V2i range = command.frames.value_or(V2i(0, 0));
+  for (int k = range.x; k <= range.y; ++k) {
+    ShotFrame& frame = shot.frames.emplace_back();
+    frame.time = command.frames ? k / command.fps : command.time;
+    frame.number = k;
+    if (command.frames) frame.name = fmt::format("{:04}", k);
+  }
+  Scene& scene = shot.scene;
   CameraOptions options = command.picture.camera;
   if (!command.file_camera.empty()) {
     const auto points = value_or_throw(world_points(scene));
-    return {value_or_throw(find_scene_camera(scene, command.file_camera, points, aspect, options))};
+    const Camera camera =
+        value_or_throw(find_scene_camera(scene, command.file_camera, points, aspect_of(command), options));
+    for (ShotFrame& frame : shot.frames) frame.camera = camera;
+    return;
   }
-  const Framing framing = value_or_throw(frame_scene(scene));
+  const Framing framing = framing_of(shot);
   if (!command.has_view_angles) {
     options.azimuth = framing.azimuth;
     options.elevation = framing.elevation;
     if (!framing.turn_remark.empty()) scene.remarks.push_back(framing.turn_remark);
   }
   scene.remarks.insert(scene.remarks.end(), framing.stray_remarks.begin(), framing.stray_remarks.end());
-  std::vector<Camera> cameras;
-  if (command.turntable > 0)
-    cameras = value_or_throw(turntable(framing.points, aspect, options, command.turntable));
-  else
-    cameras = {value_or_throw(make_camera(framing.points, aspect, options))};
-  for (Camera& camera : cameras) widen_clipping_depths(framing.excluded_corners, camera);
-  return cameras;
+  if (command.turntable > 0) {
+    const ShotFrame still = shot.frames.front();
+    shot.frames.clear();
+    const auto views = value_or_throw(
+        turntable(framing.points, aspect_of(command), options, command.turntable, command.has_top));
+    for (const CameraOptions& view : views) {
+      ShotFrame& frame = shot.frames.emplace_back(still);
+      frame.number = static_cast<int>(shot.frames.size());
+      frame.name = frame.number > command.turntable ? "top" : fmt::format("{:04}", frame.number);
+      frame.view = view;
+    }
+  }
+  for (ShotFrame& frame : shot.frames) {
+    frame.camera =
+        value_or_throw(make_camera(framing.points, aspect_of(command), frame.view.value_or(options)));
+    widen_clipping_depths(framing.excluded_corners, frame.camera);
+  }
+}
+
+/// The variants of the options; their fabrics are loaded.
+void add_variants(const RenderCommand& command, Shot& shot) {
+  const std::vector<std::string>& names = shot.scene.variants;
+  for (const std::string& wanted : command.variants) {
+    if (wanted == "all" && std::ranges::find(names, wanted) == names.end()) {
+      for (std::size_t i = 0; i < names.size(); ++i) shot.variants.push_back({names[i], static_cast<int>(i)});
+      continue;
+    }
+    const auto found = std::ranges::find(names, wanted);
+    if (found == names.end())
+      throw Failure{{Code::option_out_of_range, shot.scene.file, "--variants",
+                     fmt::format("there is no \"{}\"; the file has {}", wanted, fmt::join(names, ", "))}};
+    shot.variants.push_back({wanted, static_cast<int>(found - names.begin())});
+  }
+  if (!command.variants.empty() && shot.variants.empty())
+    throw Failure{{Code::option_out_of_range, shot.scene.file, "--variants", "the file has no variants"}};
+  MemoryAccount memory(shot.scene.memory_left);
+  for (const std::string& path : command.fabrics) {
+    auto reader = value_or_throw(FabricReader::open(path));
+    shot.fabrics.push_back(value_or_throw(load_fabric(reader, memory)));
+    SceneFabric& fabric = shot.scene.fabrics.emplace_back();
+    fabric.name = fabric.path = path;
+    shot.variants.push_back(
+        {std::filesystem::path(path).filename().string(), -1, static_cast<int>(shot.fabrics.size()) - 1});
+    std::string& name = shot.variants.back().name;
+    name.resize(name.find('.', 1));  // "rib.fabric.exr"
+  }
+  shot.fabric_memory += memory.limit() - memory.unspent_bytes();
+  shot.scene.memory_left = memory.unspent_bytes();
+  if (!command.fabrics.empty() && has_no_fabric(shot.scene))
+    throw Failure{{Code::material_missing, shot.scene.file, "--fabric",
+                   "no material wears a fabric; `selvedge dress` dresses it"}};
+  if (shot.variants.empty()) shot.variants.emplace_back();
+}
+
+LoadedScene load(const RenderCommand& command, std::optional<Motion>& motion) {
+  const PictureOptions& picture = command.picture;
+  SceneChoice choice = command.choice;
+  choice.loads_unused_fabrics = !command.variants.empty();
+  if (command.animation.empty()) return value_or_throw(load_scene(picture.input, choice, picture.limits));
+  motion = value_or_throw(Motion::load(picture.input, command.animation, choice, picture.limits));
+  motion->clip.pose(0, motion->document);
+  LoadedScene scene = value_or_throw(load_scene(motion->document, choice, picture.limits));
+  const auto& remarks = motion->clip.remarks();
+  scene.scene.remarks.insert(scene.scene.remarks.end(), remarks.begin(), remarks.end());
+  return scene;
 }
 
 }  // namespace
@@ -72,10 +166,10 @@ Shot read_shot(const RenderCommand& command) {
   if (has_ending(command.picture.input, ".exr")) {
     read_swatch(command, shot, own_lights);
   } else {
-    static_cast<LoadedScene&>(shot) =
-        value_or_throw(load_scene(command.picture.input, command.choice, command.picture.limits));
-    shot.cameras = cameras_of(command, shot.scene);
+    static_cast<LoadedScene&>(shot) = load(command, shot.motion);
     own_lights = scene_lights(shot.scene);
+    add_variants(command, shot);
+    add_frames(command, shot);
   }
   std::uint64_t& memory = shot.scene.memory_left;
   shot.look = value_or_throw(look_of(command.picture, own_lights, memory));
@@ -87,6 +181,27 @@ Shot read_shot(const RenderCommand& command) {
   shot.options.environment = shot.look.environment;
   if (command.picture.has_backdrop) shot.options.backdrop_roughness = command.picture.backdrop_roughness;
   return shot;
+}
+
+Scene worn_scene(const Shot& shot, const ShotVariant& variant) {
+  if (variant.fabric < 0) {
+    Scene scene = shot.scene;
+    if (variant.variant >= 0) value_or_throw(wear_variant(variant.variant, scene));
+    return scene;
+  }
+  const std::vector<int> all(shot.scene.materials.size(), variant.fabric);
+  return change_fabrics(shot.scene, shot.fabrics, all);
+}
+
+void pose(const RenderCommand& command, Shot& shot, ShotFrame& frame, Scene& scene) {
+  value_or_throw(shot.motion->pose(frame.time, scene));
+  if (command.picture.lights.empty() && !scene.lights.empty()) shot.look.lights = scene_lights(scene);
+  const std::vector<V3d> points = value_or_throw(world_points(scene));
+  if (!command.file_camera.empty())
+    frame.camera = value_or_throw(
+        find_scene_camera(scene, command.file_camera, points, aspect_of(command), command.picture.camera));
+  else
+    widen_clipping_depths(box_corners(points), frame.camera);
 }
 
 }  // namespace selvedge

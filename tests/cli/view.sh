@@ -31,6 +31,50 @@ test_render_turntable_leaves_all_frames_or_none() {
   refuses FILE_UNWRITABLE turn-0003.png selvedge-view render quad.glb -o turn.png --size 20x20 --turntable 4
 }
 
+test_a_picture_of_a_spin_is_that_of_one_render() {
+  make_scene
+  selvedge dress quad.gltf k.fabric.exr -o dyed.glb --all --quiet --variant 'navy/blue=#101830' --variant sand='#b09060'
+  selvedge-view render dyed.glb --turntable 3 --top --variants all -o 'spin/{variant}/{frame}.png' --size 60x40 --json >spin.json
+  holds 'r.pictures.length === 8 && r.pictures.every((p) => require("fs").existsSync(p.file))' spin.json
+  local variant frame words
+  for variant in 0 1; do
+    for frame in 1 3; do
+      words=$(node -e 'const r = JSON.parse(require("fs").readFileSync("spin.json"));
+        const p = r.pictures.filter((p) => p.variant === r.pictures[process.argv[1]].variant)[process.argv[2]];
+        const c = p.camera;
+        console.log(`${p.file} --variant=${p.variant} --azimuth=${c.azimuth} --elevation=${c.elevation} --look-at=${c.lookAt} --distance=${c.distance}`)' $variant $frame)
+      # shellcheck disable=SC2086
+      selvedge-view render dyed.glb -o one.png --size 60x40 ${words#* }
+      same "${words%% *}" one.png
+    done
+  done
+  [ -e spin/navy-blue/top.png ] || fail "$(find spin)"
+  selvedge-view render quad.glb --turntable 2 --fabric k.fabric.exr -o '{variant}-{frame}.png' --size 60x40
+  selvedge-view render quad.glb --turntable 2 -o q.png --size 60x40
+  same k-0002.png q-0002.png
+}
+
+test_a_picture_of_a_sequence_is_that_of_one_time() {
+  write_quad quad.gltf
+  node -e 'const fs = require("fs"); const g = JSON.parse(fs.readFileSync("quad.gltf"));
+    const data = Buffer.from(new Float32Array([0, 2, 0, 0, 0, 0.05, 0, 0]).buffer);
+    g.buffers.push({ byteLength: 32, uri: "data:;base64," + data.toString("base64") });
+    const buffer = g.buffers.length - 1;
+    const view = g.bufferViews.push({ buffer, byteLength: 8 }, { buffer, byteOffset: 8, byteLength: 24 }) - 2;
+    const input = g.accessors.push({ bufferView: view, componentType: 5126, count: 2, type: "SCALAR", min: [0], max: [2] },
+      { bufferView: view + 1, componentType: 5126, count: 2, type: "VEC3" }) - 2;
+    g.animations = [{ name: "slide", samplers: [{ input, output: input + 1 }],
+      channels: [{ sampler: 0, target: { node: 0, path: "translation" } }] }];
+    fs.writeFileSync("slide.gltf", JSON.stringify(g));'
+  selvedge-view render slide.gltf --animation slide --frames 2..4 --fps 4 -o 's-%03d.png' --size 60x40
+  selvedge-view render slide.gltf --animation slide --time 0.75 -o one.png --size 60x40
+  same s-003.png one.png
+  differ s-002.png one.png
+  selvedge-view render slide.gltf --animation slide --frames 2..4 --fps 4 -o - --size 60x40 >stream
+  cat s-00[234].png >all
+  same stream all
+}
+
 test_render_tone_curves_change_pictures_of_bytes_alone() {
   make_plane_fabric
   local options=(--light 0,0,1 --exposure 12.566370614 --repeats 1x1 --view 0,0,1)

@@ -179,8 +179,11 @@ TEST_CASE("a turntable keeps its distance and shows everything all the way round
   CameraOptions options;
   options.elevation = 15;
   options.azimuth = 10;
-  const std::vector<Camera> cameras = test::need(turntable(cube, aspect, options, 12));
-  REQUIRE(cameras.size() == 12);
+  std::vector<Camera> cameras;
+  for (const CameraOptions& view : test::need(turntable(cube, aspect, options, 12, true)))
+    cameras.push_back(test::need(make_camera(cube, aspect, view)));
+  REQUIRE(cameras.size() == 13);
+  CHECK(cameras.back().image_normal().y == doctest::Approx(1));
   for (const Camera& camera : cameras) {
     CHECK(camera.position.length() == doctest::Approx(cameras.front().position.length()));
     for (const V3d& corner : cube) {
@@ -193,9 +196,10 @@ TEST_CASE("a turntable keeps its distance and shows everything all the way round
   CHECK(cameras[3].position.dot(cameras[0].right) > 0);
 }
 
-TEST_CASE("frames of a series are numbered from 1 with four digits") {
-  CHECK(frame_path("out/a.b.png", 0) == "out/a.b-0001.png");
-  CHECK(frame_path("a.exr", 11) == "a-0012.exr");
+TEST_CASE("a turntable with its camera inside of the garment is refused") {
+  CameraOptions options;
+  options.distance = 0.5;
+  CHECK(test::error_of(turntable(cube, aspect, options, 12)).place == "--distance");
 }
 
 }  // namespace

@@ -26,23 +26,32 @@ FrameBands bands_of(const FrameSize& size) {
   return bands;
 }
 
-BandPixels pixels_of(const FrameBands& bands, int first_row, Frame& frame, std::vector<V4f>& large) {
-  BandPixels pixels{first_row, bands.width, bands.band_row_count(first_row),
-                    nullptr,   bands.width, bands.supersample};
-  if (bands.supersample > 1) {
-    large.resize(pixels.width * pixels.rows);
-    pixels.bottom = large.data();
-  } else {
-    // The frame's first row is at the top.
-    pixels.bottom =
-        frame.pixels.data() + static_cast<std::ptrdiff_t>(bands.height - 1 - first_row) * bands.width;
-    pixels.stride = -bands.width;
+BandPixels pixels_of(const FrameBands& bands, int first_row, std::span<Frame> frames,
+                     std::vector<std::vector<V4f>>& large) {
+  const bool is_large = bands.supersample > 1;
+  // The frame's first row is at the top.
+  BandPixels pixels{first_row,
+                    bands.width,
+                    bands.band_row_count(first_row),
+                    {},
+                    is_large ? bands.width : -bands.width,
+                    bands.supersample};
+  large.resize(frames.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (is_large) large[i].resize(static_cast<std::size_t>(pixels.width) * pixels.rows);
+    pixels.bottoms.push_back(is_large ? large[i].data()
+                                      : frames[i].pixels.data() +
+                                            static_cast<std::ptrdiff_t>(bands.height - 1 - first_row) *
+                                                bands.width);
   }
   return pixels;
 }
 
-void filter_band(const FrameBands& bands, int first_row, const std::vector<V4f>& large, Frame& frame) {
-  if (bands.supersample > 1) box_filter(large, first_row, bands.supersample, frame);
+void filter_band(const FrameBands& bands, int first_row, const std::vector<std::vector<V4f>>& large,
+                 std::span<Frame> frames) {
+  if (bands.supersample == 1) return;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    box_filter(large[i], first_row, bands.supersample, frames[i]);
 }
 
 }  // namespace selvedge

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "format/picture/frame.h"
@@ -23,21 +24,23 @@ struct FrameBands {
 /// are aligned in every band.
 FrameBands bands_of(const FrameSize& size);
 
-/// The output pixels of a band: radiance times opacity, and opacity. Row y, counted from the band's bottom,
-/// begins at bottom + y * stride.
+/// The output pixels of a band: radiance times opacity, and opacity. Row y of a picture, counted from the
+/// band's bottom, begins at bottoms[picture] + y * stride.
 struct BandPixels {
   int first_row = 0;  ///< of the frame, counted from its bottom
   int width = 1;
   int rows = 1;
-  V4f* bottom = nullptr;
+  std::vector<V4f*> bottoms{};  ///< of pictures that differ by their tints
   std::ptrdiff_t stride = 0;
   int supersample = 1;
-  V4f& at(int x, int y) const { return bottom[y * stride + x]; }
+  V4f& at(int x, int y, std::size_t picture = 0) const { return bottoms[picture][y * stride + x]; }
 };
 
-/// The pixels of the band that begins at `first_row`: pixels of the frame, or with supersampling pixels of
+/// The pixels of the band that begins at `first_row`: pixels of the frames, or with supersampling pixels of
 /// `large`, which filter_band() averages.
-BandPixels pixels_of(const FrameBands& bands, int first_row, Frame& frame, std::vector<V4f>& large);
-void filter_band(const FrameBands& bands, int first_row, const std::vector<V4f>& large, Frame& frame);
+BandPixels pixels_of(const FrameBands& bands, int first_row, std::span<Frame> frames,
+                     std::vector<std::vector<V4f>>& large);
+void filter_band(const FrameBands& bands, int first_row, const std::vector<std::vector<V4f>>& large,
+                 std::span<Frame> frames);
 
 }  // namespace selvedge

@@ -24,6 +24,9 @@ struct PreparedScene {
   std::vector<FabricSides> fabrics;
 };
 
+/// Factors on the light of each surface's fabric.
+using Tints = std::vector<V3f>;
+
 struct FrameView {
   const Camera& camera;
   const DrawOptions& options;
@@ -31,6 +34,8 @@ struct FrameView {
   /// Fraction of DrawOptions::smooth_light that reaches the vertices; empty: all.
   std::span<const SmoothLight> vertex_lights{};
   std::shared_ptr<const Reflections> reflections = nullptr;  ///< of DrawOptions::environment; null: none
+  std::span<const Tints>
+      tints{};  ///< of pictures that differ by them alone; empty: one picture, all factors 1
 };
 
 }  // namespace selvedge

@@ -18,13 +18,16 @@ constexpr std::size_t deep_pixels_per_task = 1024;
 class Painter {
  public:
   Painter(const FrameScene& scene, const BandPixels& pixels)
-      : scene_(scene), pixels_(pixels), min_transparency_(scene.view.options.cells.min_transparency) {}
+      : scene_(scene),
+        pixels_(pixels),
+        min_transparency_(scene.view.options.cells.min_transparency),
+        is_tinted_(!scene.view.tints.empty()) {}
 
   /// Overwrites the next sixteen pixels of a row, or those left of its end. `pbr_at`: of a lane.
   template <class PbrAt>
   void put_row(int x, int y, const TriangleSide* surfaces, const PbrAt& pbr_at) {
     const int count = std::min(static_cast<int>(lane_count), pixels_.width - x);
-    V4f* const to = &at(x, y);
+    std::array<V4f, lane_count> to;
     std::uint32_t others = 0;  // lanes
     std::uint32_t plain = 0;
     std::uint32_t cells = 0;
@@ -47,14 +50,14 @@ class Painter {
     }
     count_ += std::popcount(cells | others);
     if (cells == 0) {
-      std::fill_n(to, count, V4f(0, 0, 0, 0));
+      std::fill_n(to.begin(), count, V4f(0, 0, 0, 0));
     } else {
       std::fill(row_.surface.begin() + count, row_.surface.end(), nothing);
       const V2f first = scene_.cells.offset_from_centre(x, pixels_.first_row + y);
       for (std::size_t lane = 0; lane < lane_count; ++lane) row_.x[lane] = first.x + static_cast<float>(lane);
       row_.y.fill(first.y);
       scene_.cells.sample(row_, seen_);
-      std::memcpy(static_cast<void*>(to), seen_.pixels.data(), count * sizeof(V4f));
+      std::memcpy(static_cast<void*>(to.data()), seen_.pixels.data(), count * sizeof(V4f));
       for (std::uint32_t left = cells; left != 0; left &= left - 1)
         cloth_ += to[std::countr_zero(left)].w > 0 ? 1 : 0;
       for (std::uint32_t left = seen_.hole_filling_lanes; left != 0; left &= left - 1) {
@@ -66,9 +69,23 @@ class Painter {
       const int lane = std::countr_zero(left);
       const bool is_cell = (cells >> lane & 1) != 0;
       const TriangleSide surface = surfaces[lane];
-      to[lane] =
+      const SurfaceLight light =
           is_cell ? apply_material(scene_, surface, x + lane, pixels_.first_row + y, pbr_at(lane), to[lane])
                   : shade(surface, x + lane, y, pbr_at(lane));
+      for (std::size_t i = 0; i < pixels_.bottoms.size(); ++i)
+        pixels_.at(x + lane, y, i) = light.tinted(tint_of(surface, i));
+    }
+    const std::uint32_t done = others | (cells & ~plain);
+    if (done == 0 && !is_tinted_) {
+      std::copy_n(to.begin(), count, &pixels_.at(x, y));
+      return;
+    }
+    for (int lane = 0; lane < count; ++lane) {
+      if ((done >> lane & 1) != 0) continue;
+      const bool shows = is_tinted_ && (cells >> lane & 1) != 0;
+      for (std::size_t i = 0; i < pixels_.bottoms.size(); ++i)
+        pixels_.at(x + lane, y, i) =
+            shows ? SurfaceLight{to[lane]}.tinted(tint_of(surfaces[lane], i)) : to[lane];
     }
   }
 
@@ -76,8 +93,7 @@ class Painter {
   void add(int x, int y, TriangleSide surface, const PbrPixel& pbr) {
     ++count_;
     if (!scene_.cells.shows(surface)) {
-      V4f& pixel = at(x, y);
-      pixel += shade(surface, x, y, pbr) * (1 - pixel.w);
+      put_behind(x, y, surface, shade(surface, x, y, pbr));
       return;
     }
     const std::size_t lane = waiting_++;
@@ -101,10 +117,11 @@ class Painter {
       V4f value = seen_.at(lane);
       cloth_ += value.w > 0 ? 1 : 0;
       if ((seen_.hole_filling_lanes >> lane & 1) != 0 && value.w > 0) value /= value.w;
-      if (!scene_.cells.is_unmodified(row_.surface[lane]))
-        value = apply_material(scene_, row_.surface[lane], x, pixels_.first_row + y, pbr_[lane], value);
-      V4f& pixel = at(x, y);
-      pixel += value * (1 - pixel.w);
+      const TriangleSide surface = row_.surface[lane];
+      put_behind(x, y, surface,
+                 scene_.cells.is_unmodified(surface)
+                     ? SurfaceLight{value}
+                     : apply_material(scene_, surface, x, pixels_.first_row + y, pbr_[lane], value));
     }
     waiting_ = 0;
   }
@@ -115,18 +132,30 @@ class Painter {
   bool is_open(const V4f& pixel) const { return 1 - pixel.w >= min_transparency_; }
 
  private:
-  V4f& at(int x, int y) { return pixels_.at(x, y); }
+  /// The factor on the light of a surface in a picture.
+  V3f tint_of(TriangleSide surface, std::size_t picture) const {
+    return is_tinted_ ? scene_.view.tints[picture][scene_.prepared.mesh.triangles[surface / 2].surface]
+                      : V3f(1, 1, 1);
+  }
+  void put_behind(int x, int y, TriangleSide surface, const SurfaceLight& light) {
+    for (std::size_t i = 0; i < pixels_.bottoms.size(); ++i) {
+      V4f& pixel = pixels_.at(x, y, i);
+      pixel += light.tinted(tint_of(surface, i)) * (1 - pixel.w);
+    }
+  }
   /// shade_pixel() of a pixel without a cell image.
-  V4f shade(TriangleSide surface, int x, int y, const PbrPixel& pbr) {
-    const V4f value = shade_pixel(scene_, surface, x, pixels_.first_row + y, pbr);
+  SurfaceLight shade(TriangleSide surface, int x, int y, const PbrPixel& pbr) {
+    SurfaceLight light = shade_pixel(scene_, surface, x, pixels_.first_row + y, pbr);
     const MergedTriangle& triangle = scene_.prepared.mesh.triangles[surface / 2];
-    cloth_ += scene_.prepared.materials.surfaces[triangle.surface].fabric >= 0 && value.w > 0 ? 1 : 0;
-    return value;
+    cloth_ +=
+        scene_.prepared.materials.surfaces[triangle.surface].fabric >= 0 && light.reflected.w > 0 ? 1 : 0;
+    return light;
   }
 
   const FrameScene& scene_;
   const BandPixels& pixels_;
   float min_transparency_;
+  bool is_tinted_;
   CellPixels row_;
   std::array<std::array<int, 2>, lane_count> at_{};
   std::array<PbrPixel, lane_count> pbr_;
@@ -398,7 +427,7 @@ LayerCount shade_deep_pixels(const FrameScene& scene, CellPass& cells, DeepPixel
 
 V4f shade_surface(const FrameScene& scene, TriangleSide seen, const V2i& pixel, const PbrPixel& pbr) {
   V4f light(0, 0, 0, 0);
-  const BandPixels one{pixel.y, pixel.x + 1, 1, &light - pixel.x, 0};
+  const BandPixels one{pixel.y, pixel.x + 1, 1, {&light - pixel.x}, 0};
   Painter painter(scene, one);
   painter.add(pixel.x, 0, seen, pbr);
   painter.paint();

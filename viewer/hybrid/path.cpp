@@ -53,10 +53,10 @@ void FrameRenderer::draw_behind(int first_row, int rows, std::array<DrawnSide, 2
 }
 
 /// Shades a band into the frame. Draws only if the scene has surfaces without fabric.
-void FrameRenderer::shade(const FrameScene& scene, int first_row, Band& band, Frame& frame,
+void FrameRenderer::shade(const FrameScene& scene, int first_row, Band& band, std::span<Frame> frames,
                           RenderStats& stats) {
   Stopwatch watch;
-  const BandPixels pixels = pixels_of(bands_, first_row, frame, band.large);
+  const BandPixels pixels = pixels_of(bands_, first_row, frames, band.large);
   DeepPixels deep;
   LayerCount seen = shade_band(scene, cells_, band.surfaces, layers_, pixels, deep);
   if (!deep.empty()) {
@@ -69,11 +69,11 @@ void FrameRenderer::shade(const FrameScene& scene, int first_row, Band& band, Fr
   stats.evaluated_pixels += seen.evaluated_pixels;
   stats.cloth_pixels += seen.cloth_pixels;
   stats.layers = std::max(stats.layers, seen.layers);
-  filter_band(bands_, first_row, band.large, frame);
+  filter_band(bands_, first_row, band.large, frames);
   watch.add_lap(stats.filter_seconds);
 }
 
-void FrameRenderer::draw(const FrameView& view, Frame& frame, RenderStats& stats) {
+void FrameRenderer::draw(const FrameView& view, std::span<Frame> frames, RenderStats& stats) {
   Stopwatch watch;
   const ProjectedVertices projected =
       project(scene_.mesh, clip_matrix(view.camera, scene_.origin), bands_.width, bands_.height);
@@ -109,7 +109,7 @@ void FrameRenderer::draw(const FrameView& view, Frame& frame, RenderStats& stats
     }
     finish_before();
     // Drawing and shading that overlap have their own members of the statistics.
-    const auto shade = [&, first_row] { this->shade(scene, first_row, band, frame, stats); };
+    const auto shade = [&, first_row] { this->shade(scene, first_row, band, frames, stats); };
     if (at_once)
       shade();
     else

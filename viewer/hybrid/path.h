@@ -28,9 +28,10 @@ class FrameRenderer {
         cells_(scene) {}
 
   void resize(const FrameSize& size);
-  /// Fills all pixels of `frame`, which has the size of the last resize() already; adds to `stats`. The
-  /// context must be current whenever a function of the path is called, the destructor included.
-  void draw(const FrameView& view, Frame& frame, RenderStats& stats);
+  /// Fills all pixels of `frames`, one for each of the view's tints, which have the size of the last resize()
+  /// already; adds to `stats`. The context must be current whenever a function of the path is called, the
+  /// destructor included.
+  void draw(const FrameView& view, std::span<Frame> frames, RenderStats& stats);
 
   /// As Renderer::probe_surface().
   std::optional<PixelProbe> probe_surface(const FrameView& view, const V2i& pixel);
@@ -39,7 +40,7 @@ class FrameRenderer {
   /// A band in progress: while one is shaded the next is drawn.
   struct Band {
     BandSurfaces surfaces;
-    std::vector<V4f> large;  ///< supersampled pixels
+    std::vector<std::vector<V4f>> large;  ///< supersampled pixels, of each picture
   };
 
   /// Whether the CPU finds the triangles: of blocks it draws no others.
@@ -53,7 +54,7 @@ class FrameRenderer {
                     Stopwatch& watch, RenderStats& stats);
   void draw_behind(int first_row, int rows, std::array<DrawnSide, 2>& sides, DeepPixels& deep,
                    Stopwatch& watch, RenderStats& stats);
-  void shade(const FrameScene& scene, int first_row, Band& band, Frame& frame, RenderStats& stats);
+  void shade(const FrameScene& scene, int first_row, Band& band, std::span<Frame> frames, RenderStats& stats);
 
   const PreparedScene& scene_;
   RenderPath kind_;

@@ -73,18 +73,23 @@ V3f shade_pbr(const FrameScene& scene, const GarmentPoint& point, const PbrPixel
 
 }  // namespace
 
-V4f shade_pixel(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel) {
+V4f SurfaceLight::tinted(const V3f& tint) const {
+  return {tame(reflected.x * tint.x + emitted.x), tame(reflected.y * tint.y + emitted.y),
+          tame(reflected.z * tint.z + emitted.z), reflected.w};
+}
+
+SurfaceLight shade_pixel(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel) {
   const GarmentPoint point = garment_point(scene, seen, x, y);
   const SurfaceMaterial& material = scene.prepared.materials.surfaces[point.surface];
   if (material.fabric < 0)
-    return times_opacity(shade_pbr(scene, point, pixel), std::clamp(pixel.colour.w, 0.0F, 1.0F));
+    return {times_opacity(shade_pbr(scene, point, pixel), std::clamp(pixel.colour.w, 0.0F, 1.0F))};
   const V4f shaded = shade_by_paper(scene, point);
   const float alpha = material.keeps_opacity ? std::min(shaded.w, 1.0F) : 1.0F;
   return apply_material(scene, seen, x, y, pixel, times_opacity(V3f(shaded.x, shaded.y, shaded.z), alpha));
 }
 
-V4f apply_material(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel,
-                   const V4f& cell) {
+SurfaceLight apply_material(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel,
+                         const V4f& cell) {
   const MergedTriangle& triangle = scene.prepared.mesh.triangles[seen / 2];
   const SurfaceMaterial& material = scene.prepared.materials.surfaces[triangle.surface];
   const PbrValues values = pbr_values(pixel);
@@ -109,9 +114,8 @@ V4f apply_material(const FrameScene& scene, TriangleSide seen, int x, int y, con
   }
   if (material.is_tinted) light *= V3f(pixel.colour.x, pixel.colour.y, pixel.colour.z);
   const std::vector<PbrMaterial>& pbr = scene.prepared.materials.pbr;
-  if (triangle.surface < pbr.size() && pbr[triangle.surface].emissive != V3f(0, 0, 0))
-    light += values.emission * cell.w;
-  return {tame(light.x), tame(light.y), tame(light.z), cell.w};
+  const bool emits = triangle.surface < pbr.size() && pbr[triangle.surface].emissive != V3f(0, 0, 0);
+  return {V4f(light.x, light.y, light.z, cell.w), emits ? values.emission * cell.w : V3f(0, 0, 0)};
 }
 
 }  // namespace selvedge

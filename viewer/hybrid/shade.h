@@ -6,12 +6,19 @@
 
 namespace selvedge {
 
-/// Radiance times opacity, and opacity, of a pixel without cell images.
-V4f shade_pixel(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel);
+/// Light of a surface, on which a material's tint is a factor, and what it emits, which no tint changes.
+struct SurfaceLight {
+  V4f reflected{0, 0, 0, 0};  ///< radiance times opacity, and opacity
+  V3f emitted{0, 0, 0};       ///< radiance times opacity
+  V4f tinted(const V3f& tint) const;
+};
 
-/// The same of a pixel with a cell image, as its material changes it: tint, bent normals, occlusion,
-/// emission.
-V4f apply_material(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel,
-                   const V4f& cell);
+/// The light of a pixel without cell images.
+SurfaceLight shade_pixel(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel);
+
+/// The same of a pixel with a cell image, as its material changes it: textures of the tint, bent normals,
+/// occlusion, emission.
+SurfaceLight apply_material(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel,
+                         const V4f& cell);
 
 }  // namespace selvedge

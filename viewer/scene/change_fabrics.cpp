@@ -1,5 +1,7 @@
 #include "viewer/scene/change_fabrics.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -65,6 +67,45 @@ void fit_fabrics(std::span<const FabricFit> fits, std::span<const Fabric> fabric
       turn_quarter(V2d(fabrics[material.fabric->fabric].period_mm), transform);
     material.garment_textures.tint *= fits[i].tint;
   }
+}
+
+Result<void> wear_variant(int variant, Scene& scene) {
+  for (ScenePrimitive& primitive : scene.primitives) {
+    primitive.material = primitive.variant_materials[variant];
+    if (primitive.material >= static_cast<int>(scene.materials.size()))
+      return fail(Code::gltf_accessor, scene.file, primitive.name,
+                  fmt::format("variant {} has no material {}", variant, primitive.material));
+  }
+  return {};
+}
+
+namespace {
+
+/// What a picture shows of a primitive's material, but for the tint of its fabric.
+SceneMaterial seen_material(const Scene& scene, const ScenePrimitive& primitive) {
+  if (primitive.material < 0) return {};
+  SceneMaterial seen = scene.materials[primitive.material];
+  seen.name.clear();
+  if (!seen.fabric) return seen;
+  SceneMaterial cloth;
+  cloth.occlusion_texture = seen.occlusion_texture;
+  cloth.occlusion_strength = seen.occlusion_strength;
+  cloth.emissive = seen.emissive;
+  cloth.emissive_texture = seen.emissive_texture;
+  cloth.alpha_mode = seen.alpha_mode;
+  cloth.fabric = seen.fabric;
+  cloth.garment_textures = seen.garment_textures;
+  cloth.garment_textures.tint = V3f(1, 1, 1);
+  return cloth;
+}
+
+}  // namespace
+
+bool differ_by_tints(const Scene& a, const Scene& b) {
+  return std::ranges::equal(a.primitives, b.primitives,
+                            [&](const ScenePrimitive& x, const ScenePrimitive& y) {
+                              return seen_material(a, x) == seen_material(b, y);
+                            });
 }
 
 }  // namespace selvedge

@@ -32,4 +32,11 @@ struct FabricFit {
 /// through a quarter turn. Precondition: Scene's references are indices into `fabrics`.
 void fit_fabrics(std::span<const FabricFit> fits, std::span<const Fabric> fabrics, Scene& scene);
 
+/// Puts on a variant of the file: an index into Scene::variants. GLTF_ACCESSOR for a material that is not
+/// there.
+Result<void> wear_variant(int variant, Scene& scene);
+
+/// Whether two scenes with the same primitives look alike but for factors on the light of their fabrics.
+bool differ_by_tints(const Scene& a, const Scene& b);
+
 }  // namespace selvedge

@@ -17,7 +17,8 @@ struct SurfaceMaterial {
   float min_opacity = 0;  ///< nothing is drawn if the opacity of the base colour, or of the mask, is less
   bool keeps_opacity = false;  ///< else base colour and fabric count as opaque
   bool culls_back = false;
-  bool is_tinted = false;              ///< the base colour is a factor on the fabric's light
+  V3f tint{1, 1, 1};                   ///< linear factor on the fabric's light
+  bool is_tinted = false;              ///< the base colour is one more, of textures and vertex colours
   bool has_normal_texture = false;     ///< a normal texture bends the fabric's frame
   bool has_occlusion_texture = false;  ///< an occlusion texture dims what reaches the fabric from all around
 };

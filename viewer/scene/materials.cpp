@@ -11,12 +11,12 @@
 namespace selvedge {
 namespace {
 
-using Bytes = std::shared_ptr<const std::vector<std::uint8_t>>;
+using PictureBytes = std::shared_ptr<const std::vector<std::uint8_t>>;
 
 /// Indices into Materials::pictures; colour and data of one file are two pictures.
 struct Known {
   std::map<std::pair<int, Transfer>, int> pictures;
-  std::map<int, Bytes> files;
+  std::map<int, PictureBytes> files;
 };
 
 /// Index into `materials.pictures` of a picture of the scene, or -1.
@@ -42,7 +42,7 @@ int take_picture(const Scene& scene, int index, Transfer transfer, Known& known,
     remarks.push_back(fmt::format("{}: {} x {} is too large; drawn without it", name, size.x, size.y));
     return -1;
   }
-  Bytes& bytes = known.files[index];
+  PictureBytes& bytes = known.files[index];
   if (!bytes) bytes = std::make_shared<const std::vector<std::uint8_t>>(encoded.bytes);
   entry->second = static_cast<int>(materials.pictures.size());
   materials.pictures.push_back({name, bytes, transfer, V2i(size), 0});
@@ -90,9 +90,9 @@ Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& s
       }
       drawn.keeps_opacity = material.alpha_mode != AlphaMode::opaque;
       const GarmentTextures& kept = material.garment_textures;
-      drawn.base_color_factor = V4f(kept.tint.x, kept.tint.y, kept.tint.z, 1);
+      drawn.tint = kept.tint;
       pbr.base_color_texture = texture(kept.tint_texture, Transfer::srgb);
-      drawn.is_tinted = pbr.base_color_texture.image >= 0 || kept.tint != V3f(1, 1, 1) ||
+      drawn.is_tinted = pbr.base_color_texture.image >= 0 ||
                         std::ranges::any_of(surface.colors,
                                             [](const V4f& c) { return V3f(c.x, c.y, c.z) != V3f(1, 1, 1); });
       // Its alpha equals the alpha of a tint of the same picture.
