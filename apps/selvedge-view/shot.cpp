@@ -119,7 +119,7 @@ void add_variants(const RenderCommand& command, Shot& shot) {
   }
   if (!command.variants.empty() && shot.variants.empty())
     throw Failure{{Code::option_out_of_range, shot.scene.file, "--variants", "the file has no variants"}};
-  MemoryAccount memory(shot.scene.memory_left);
+  MemoryBudget memory(shot.scene.memory_left);
   for (const std::string& path : command.fabrics) {
     auto reader = value_or_throw(FabricReader::open(path));
     shot.fabrics.push_back(value_or_throw(load_fabric(reader, memory)));

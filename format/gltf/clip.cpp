@@ -132,7 +132,7 @@ class Clip::Reader {
 
   std::vector<double> numbers(int accessor, const std::string& place, Code not_finite) {
     const AccessorShape shape = reader_.accessor_shape(accessor, place);
-    if (!memory_.try_reserve(shape.count * static_cast<std::size_t>(shape.components), sizeof(double)))
+    if (!memory_.try_spend(shape.count * static_cast<std::size_t>(shape.components), sizeof(double)))
       throw Failure{memory_limit_error(reader_.document.file, place, "its keys", memory_.limit())};
     std::vector<double> read = reader_.numbers(accessor, place);
     const auto odd = std::ranges::find_if(read, [](double x) { return !std::isfinite(x); });
@@ -144,7 +144,7 @@ class Clip::Reader {
   GltfReader reader_;
   const Json& json_;
   std::string place_;
-  MemoryAccount memory_;
+  MemoryBudget memory_;
   std::map<int, std::shared_ptr<const std::vector<double>>> times_;  ///< by accessor
 };
 

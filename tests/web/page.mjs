@@ -137,6 +137,36 @@ run('selvedge-view', 'page', path('knit.fabric.exr'), path('twill.fabric.exr'), 
 await from_file(path('flat.html'), SIZE, async ({ page, errors }) => {
   await page.waitForFunction(() => globalThis.selvedge?.materials.size === 2 &&
     [...globalThis.selvedge.materials].every(({ shows }) => shows === 'fabric'), null, { timeout: 120000 });
+  assert.equal(await page.locator('#clips').isVisible(), false);
+  assert.deepEqual(errors, []);
+});
+
+// Clips play, unless less motion is asked for; a page without them has no place for them.
+const moving = JSON.parse(readFileSync(path('cloth.gltf'), 'utf8')), keys = Buffer.from(new Float32Array([0, 2, 0, 0, 0, 0.1, 0, 0]).buffer);
+const view = moving.bufferViews.push(...[[0, 8], [8, 24]].map(([byteOffset, byteLength]) => ({ buffer: moving.buffers.length, byteOffset, byteLength }))) - 2;
+moving.buffers.push({ byteLength: keys.length, uri: `data:;base64,${keys.toString('base64')}` });
+const input = moving.accessors.push({ bufferView: view, componentType: 5126, count: 2, type: 'SCALAR', min: [0], max: [2] },
+  { bufferView: view + 1, componentType: 5126, count: 2, type: 'VEC3' }) - 2;
+moving.animations = ['slide', 'again'].map((name) => ({ name, samplers: [{ input, output: input + 1 }],
+  channels: [{ sampler: 0, target: { node: moving.scenes[0].nodes[0], path: 'translation' } }] }));
+writeFileSync(path('moving.gltf'), JSON.stringify(moving));
+run('selvedge-view', 'page', path('moving.gltf'), '-o', path('moving.html'), '--quiet');
+await from_file(path('moving.html'), SIZE, async ({ page, errors }) => {
+  const when = (test) => page.waitForFunction(test, null, { timeout: 120000 });
+  const clips = () => page.evaluate(() => (({ time, plays, duration }) => ({ time, plays, duration }))(globalThis.selvedge.stage.clips));
+  await when(() => globalThis.selvedge?.stage.clips?.time > 0.1);
+  await page.keyboard.press(' ');
+  const paused = await clips();
+  assert.deepEqual([paused.plays, paused.duration], [false, 2]);
+  await page.keyboard.press('ArrowRight');
+  const step = ((await clips()).time - paused.time + 2) % 2;
+  assert.ok(Math.abs(step - 1 / 30) < 1e-6, `${step}`);
+  await page.locator('#clip').selectOption('again');
+  assert.equal((await clips()).time, 0);
+  await page.emulateMedia({ reducedMotion: 'reduce' });
+  await page.reload();
+  await when(() => globalThis.selvedge?.stage.clips);
+  assert.equal((await clips()).plays, false);
   assert.deepEqual(errors, []);
 });
 

@@ -8,6 +8,7 @@ import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import {MeshoptDecoder} from 'three/addons/libs/meshopt_decoder.module.js';
 import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
 import {LoadedFabric, SelvedgeFabric, Surroundings, cell_images, use_worker} from '../three/index.js';
+import {Clips} from './clips.js';
 import {Stage} from './stage.js';
 
 /** The lights of selvedge-view: the other light has this fraction, from the right. */
@@ -275,9 +276,9 @@ async function start() {
   for (const element of document.querySelectorAll('script[data-garment]')) {
     const {dataset} = element;
     try {
-      const {scene: garment, parser} = await loader.parseAsync(await bytes_of(element), ''), floor = dataset.floor && await floor_of(element);
+      const {scene: garment, parser, animations} = await loader.parseAsync(await bytes_of(element), ''), floor = dataset.floor && await floor_of(element);
       if (floor) scene.add(floor);
-      stage.garments.push({scene: garment, parser, dataset, floor, element});
+      stage.garments.push({scene: garment, parser, animations, dataset, floor, element});
     } catch (error) {
       note(`${dataset.garment}: ${error.message}`);
     }
@@ -285,6 +286,7 @@ async function start() {
   for (const element of document.querySelectorAll('script[data-fabric]')) stage.fabrics.push(new LoadedFabric(await bytes_of(element), element.dataset.fabric));
   if (stage.garments.length === 0) await Promise.all(stage.fabrics.map(({settled}) => settled));
   stage.show_all();
+  stage.clips = new Clips(stage.garments, () => moved(renderer.shadowMap.needsUpdate = true), drawn);
   await compile();
   moved();
   progress({});
