@@ -33,18 +33,20 @@ async function serve(folders) {
 }
 
 const IMPORTS = {
-  imports: {
-    'three': '/three/build/three.module.js',
-    'three/addons/': '/three/examples/jsm/',
-    'selvedge/': '/selvedge/',
-    'selvedge/three': '/selvedge/three/index.js',
-  },
+  'three': '/three/build/three.module.js',
+  'three/webgpu': '/three/build/three.webgpu.js',
+  'three/tsl': '/three/build/three.tsl.js',
+  'three/addons/': '/three/examples/jsm/',
+  'way': '/test/webgl_way.js',
+  'selvedge/': '/selvedge/',
+  'selvedge/three': '/selvedge/three/index.js',
+  'selvedge/three/nodes': '/selvedge/three/nodes.js',
 };
 
 const launch = () => chromium.launch({
   executablePath: CHROMIUM,
   args: [
-    ...(process.env.CHROMIUM_GRAPHICS ?? '--use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader').split(' '),
+    ...(process.env.CHROMIUM_GRAPHICS ?? '--use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --enable-unsafe-webgpu --use-webgpu-adapter=swiftshader').split(' '),
     '--no-sandbox', '--ignore-gpu-blocklist', '--disable-quic', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync',
   ],
 });
@@ -81,8 +83,11 @@ export async function from_file(file, viewport, work) {
   }
 }
 
-/** Runs work({ page, errors }) on an empty page that can import the package in `package_folder`; errors: errors_of(). */
-export async function in_browser(package_folder, folders, work) {
+/**
+ * Runs work({ page, errors }) on an empty page that can import the package in `package_folder`; errors: errors_of(). `imports`:
+ * further ones by their names, 'way' how tests draw.
+ */
+export async function in_browser(package_folder, folders, work, imports = {}) {
   const server = await serve({ three: process.env.THREE ?? join(MODULES, 'three'), selvedge: package_folder, test: here, examples: join(here, '../../examples'), ...folders });
   const browser = await launch();
   try {
@@ -90,7 +95,7 @@ export async function in_browser(package_folder, folders, work) {
     const errors = errors_of(page);
     await page.route(`${server.address}/`, (route) => route.fulfill({
       contentType: 'text/html',
-      body: `<!doctype html><script type="importmap">${JSON.stringify(IMPORTS)}</script><body></body>`,
+      body: `<!doctype html><script type="importmap">${JSON.stringify({ imports: { ...IMPORTS, ...imports } })}</script><body></body>`,
     }));
     await page.goto(`${server.address}/`);
     return await work({ page, errors });

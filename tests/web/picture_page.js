@@ -12,13 +12,18 @@ export function camera_of({ look_at, distance, fov, azimuth, elevation, width, h
   return camera;
 }
 
-/** The pixels of a float target, row by row from the top. */
-export function read_rows(renderer, target) {
-  const { width, height } = target, row = 4 * width;
-  const pixels = new Float32Array(row * height), turned = new Float32Array(row * height);
-  renderer.readRenderTargetPixels(target, 0, 0, width, height, pixels);
+/** Pixels of a target, row by row from the top, that come row by row from below. */
+export function rows_of(pixels, { width, height }) {
+  const row = 4 * width, turned = new Float32Array(row * height);
   for (let y = 0; y < height; ++y) turned.set(pixels.subarray(row * (height - 1 - y), row * (height - y)), row * y);
   return turned;
+}
+
+/** The pixels of a float target of a WebGLRenderer, row by row from the top. */
+export function read_rows(renderer, target) {
+  const { width, height } = target, pixels = new Float32Array(4 * width * height);
+  renderer.readRenderTargetPixels(target, 0, 0, width, height, pixels);
+  return rows_of(pixels, target);
 }
 
 /** The bytes of floats. */

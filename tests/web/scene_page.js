@@ -1,14 +1,13 @@
 // In the browser: draws a garment with three.js and the package's plugin into a float target.
-import {
-  DataUtils, DirectionalLight, EquirectangularReflectionMapping, FloatType, REVISION, Scene, WebGLRenderTarget, WebGLRenderer,
-} from 'three';
+import { DataUtils, DirectionalLight, EquirectangularReflectionMapping, FloatType, REVISION, Scene } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
-import { SelvedgeFabric, Surroundings, cell_images, use_worker } from 'selvedge/three/index.js';
-import { base64, camera_of, read_rows } from '/test/picture_page.js';
+import * as way from 'way';
+import { base64, camera_of, rows_of } from '/test/picture_page.js';
 
-const renderer = new WebGLRenderer({ preserveDrawingBuffer: true });
-renderer.setClearColor(0, 0);
+const { RenderTarget, SelvedgeFabric, Surroundings, cell_images, read, renderer_of, use_worker } = way;
+const renderer = await renderer_of();
+renderer.shadowMap.enabled = false;
 
 const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
 loader.register((parser) => new SelvedgeFabric(parser));
@@ -58,38 +57,41 @@ async function settle(scene, camera, materials) {
   for (const end = performance.now() + 60000; performance.now() < end;) {
     renderer.render(scene, camera);
     // Else the graphics fall behind.
-    if (target) renderer.readRenderTargetPixels(target, 0, 0, 1, 1, new Float32Array(4));
+    if (target) await read(renderer, target);
     if (materials.every(is_ready) && cell_images.at_rest()) return;
     await new Promise((go_on) => setTimeout(go_on, 20));
   }
 }
 
 /**
- * Radiance * opacity and opacity of a view, row by row from the top, as base64 of floats; the ms that it took, after so many
- * seconds until all was at rest.
- * `environment`: null, or surround()'s.
+ * Radiance * opacity and opacity of a view, the mean of `frames`, row by row from the top, as base64 of floats; the ms of one,
+ * after so many seconds until all was at rest. `environment`: null, or surround()'s; `tint`: another one.
  */
-export async function drawn(file, view, lights, environment) {
+export async function drawn(file, view, lights, environment, { frames = 1, tint } = {}) {
   if (!loaded.has(file)) loaded.set(file, await load(file));
   const { scene: garment, materials } = loaded.get(file);
   const scene = new Scene();
   scene.add(garment);
+  const parts = materials.map(({ parts }) => parts);
+  for (const material of tint ? materials : []) material.set_tint(tint);
   for (const [x, y, z, intensity] of lights) {
     const light = new DirectionalLight(0xffffff, intensity);
     light.position.set(x, y, z);
     scene.add(light);
   }
   const { width, height } = view;
-  const target = new WebGLRenderTarget(width, height, { type: FloatType });
+  const target = new RenderTarget(width, height, { type: FloatType });
   renderer.setRenderTarget(target);
   if (environment) await surround(scene, garment, environment);
   const asked = performance.now();
   await settle(scene, camera_of(view), materials);
-  const begin = performance.now();
-  renderer.clear();
-  renderer.render(scene, camera_of(view));
-  const pixels = read_rows(renderer, target);
-  const ms = performance.now() - begin;
+  const begin = performance.now(), pixels = new Float32Array(4 * width * height);
+  for (let i = 0; i < frames; ++i) {
+    renderer.render(scene, camera_of(view));
+    rows_of(await read(renderer, target), target).forEach((x, k) => { pixels[k] += x / frames; });
+  }
+  const ms = (performance.now() - begin) / frames;
+  materials.forEach((material, i) => { material.parts = parts[i]; });
   target.dispose();
   return { pixels: base64(pixels), ms, rest: (begin - asked) / 1000, shows: materials.map(({ shows }) => shows) };
 }

@@ -4,6 +4,7 @@
 //   node scenes.mjs PACKAGE_FOLDER BIN_FOLDER OUTPUT_FOLDER [SWEATER.glb]
 //
 // For a sweater of `./demo` it tells the same at four distances, and the seconds until its images rest; nothing is asserted.
+// Nodes draw as WebGLRenderer does with WebGPU and with WebGL 2.
 // Then the oldest three.js that works draws the whole sweater as the newest does; VERSIONS=FOLDER: all three-* of an npm folder
 // draw every view.
 import assert from 'node:assert/strict';
@@ -29,6 +30,15 @@ const VIEWS = {
   'both sides': { file: 'curtain.gltf', look_at: [0, 0, 0], distance: 0.3, azimuth: 160, elevation: 15, width: 80, height: 80, lights: [LIGHTS[0], BEHIND] },
   environment: { look_at: [0.05, 0.3, 0.12], distance: 0.4, azimuth: 20, elevation: 8, width: 80, height: 60, environment: 'sky.hdr', shades: true },
 };
+/** What nodes are to draw as WebGLRenderer does: a mean of frames, since holes are another pattern in each. */
+const VIEWS_OF_NODES = {
+  yarn: VIEWS.yarn, whole: VIEWS.whole,
+  near: { ...VIEWS.yarn, distance: 0.4 },
+  back: { ...VIEWS.whole, distance: 0.9, azimuth: 200, lights: [LIGHTS[0], BEHIND] },
+  sky: { ...VIEWS.environment, shades: false },
+  holes: { ...VIEWS.holes, least: 34 }, 'both sides': { ...VIEWS['both sides'], least: 34 },
+  tinted: { ...VIEWS.yarn, tint: [0.3, 0.6, 1.4] },
+};
 const VIEWS_OF_SWEATER = Object.fromEntries([8, 15, 30, 120].map((pixels) => [`${pixels} px a repeat`, {
   // A repeat is 5 mm wide, and the chest lies half as far before the middle.
   file: sweater, look_at: [0, 0.3, 0.12], distance: 540 * 0.005 / (2 * Math.tan(Math.PI / 12) * pixels), azimuth: 20, elevation: 8,
@@ -40,6 +50,8 @@ const TURN = 40, STRENGTH = 1.5;
 const MOST_LEFT_OUT = 0.01, OFF_EDGES = 33, OVER_ALL = 32;
 /** Between versions of three.js. */
 const ALIKE = 40;
+/** Frames of a mean. */
+const FRAMES = 16;
 /** Shadow maps of three.js have other filters, and nothing to do with the fabric. */
 const SHADED = 38;
 const EXPOSURE = Math.PI, BACKGROUND = 0.18;
@@ -140,16 +152,30 @@ function write_environment(file, width = 128, height = 64) {
 }
 write_environment(path('sky.hdr'));
 const file_of = (name) => name === sweater ? sweater : path(name), pictures = {};
-async function draw(page, { file = 'sweater.glb', environment, shades = false, lights = LIGHTS, ...view }) {
+async function draw(page, { file = 'sweater.glb', environment, shades = false, lights = LIGHTS, least, tint, ...view }, frames = 1) {
   const { pixels, shows, ...told } = await page.evaluate(async (query) => {
     const { drawn } = await import('/test/scene_page.js');
     return drawn(...query);
   }, [file === sweater ? `/demo/${basename(sweater)}` : `/made/${file}`, { ...view, fov: 30 }, environment ? [] : lights,
-    environment && { file: `/made/${environment}`, turn: TURN, strength: STRENGTH, shades }]);
+    environment && { file: `/made/${environment}`, turn: TURN, strength: STRENGTH, shades }, { frames, tint }]);
   assert.deepEqual([...new Set(shows)], ['fabric']);
   return { ...told, floats: new Float32Array(Uint8Array.from(Buffer.from(pixels, 'base64')).buffer) };
 }
+/** Draws the views by nodes, and compares them with pictures. */
+async function compare_nodes(way, beside) {
+  await in_browser(package_folder, { made: folder }, async ({ page, errors }) => {
+    for (const [name, { least = ALIKE, ...view }] of Object.entries(VIEWS_OF_NODES)) {
+      const { over_all } = psnr(beside[name], (await draw(page, view, FRAMES)).floats);
+      console.log(`${way} ${name}: ${over_all.toFixed(1)} dB beside WebGLRenderer`);
+      assert.ok(over_all >= least, `${way}, ${name}`);
+    }
+    assert.deepEqual(errors, []);
+  }, { way });
+}
 await in_browser(package_folder, { made: folder, demo: dirname(sweater ?? '') }, async ({ page, errors }) => {
+  const beside = {};
+  for (const [name, view] of Object.entries(sweater ? {} : VIEWS_OF_NODES)) beside[name] = (await draw(page, view)).floats;
+  for (const way of sweater ? [] : ['/test/nodes_way.js', '/test/nodes_way.js?webgl']) await compare_nodes(way, beside);
   for (const [name, { file = 'sweater.glb', environment, shades = false, lights = LIGHTS, ...view }] of Object.entries(sweater ? VIEWS_OF_SWEATER : VIEWS)) {
     const { look_at, distance, azimuth, elevation, width, height } = view;
     const around = environment && ['--environment', path(environment), '--environment-turn', TURN,

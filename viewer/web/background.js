@@ -1,6 +1,5 @@
 // Runs CellWorker in a worker, so that the page stays responsive; on the main thread if there is no worker.
-import {CellWorker} from './cell_worker.js';
-import {Issue} from './reader/index.js';
+import {Issue} from './reader/issue.js';
 
 let make_worker = () => new Worker(new URL('./worker.js', import.meta.url), {type: 'module'});
 let wasm = new URL('./cells.wasm', import.meta.url).href;
@@ -39,8 +38,9 @@ function take({kind, id, issue, ...message}) {
   end(kind === 'fabric' ? {...message.result, read_in: is_worker ? 'worker' : 'main thread'} : message);
 }
 function start_here(messages) {
-  const worker = new CellWorker(take);
-  port = (message) => worker.receive(message);
+  const here = import('./cell_worker.js').then(({CellWorker}) => new CellWorker(take));
+  here.catch(({message}) => end_with(message));
+  port = (message) => void here.then((worker) => worker.receive(message), () => {});
   is_worker = false;
   for (const message of messages) port(message);
 }

@@ -15,8 +15,8 @@
 // and take_uploads(), whether all images are as the view wants them, and which edition of the fabric they show; rows { rows } of the atlas; and end { message }: it can
 // do no more.
 import {CellModule} from './cells.js';
-import {issue_of, fetch_fabric} from './load.js';
-import {Issue} from './reader/index.js';
+import {fetch_fabric} from './load.js';
+import {Issue, issue_of} from './reader/issue.js';
 
 /** ms after which messages are taken again, and patches that images are made of without a look at the clock. */
 const SLICE = 30, CHUNK = 4;

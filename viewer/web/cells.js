@@ -1,9 +1,7 @@
 // The WebAssembly module of cell images (cells/module.cpp, fabrics.cpp): takes fabrics of the reader and garments, gives tiles of an
 // atlas. For one thread; in browsers the worker.
 import {Issue, LAYERS, SIDES, TRANSFER_VALUES, layer_channels, level_of_texels, pairs_at, read_layer} from './reader/index.js';
-
-/** Words of a tile in the answers of table(): place and size, CellImage::first, scale, 1 / brightness, relief. */
-export const TILE_NUMBERS = 12;
+import {TILE_NUMBERS} from './tiles.js';
 
 export class CellModule {
   #of;

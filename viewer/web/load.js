@@ -1,10 +1,6 @@
 // Loads fabrics.
 import {Issue, open_fabric} from './reader/index.js';
 
-/** An error as an Issue; FILE_UNREADABLE if it has no code of its own. */
-export const issue_of = (error) =>
-  error instanceof Issue ? error : new Issue('FILE_UNREADABLE', '', error?.message ?? String(error));
-
 async function fetched({url, headers, credentials}) {
   const response = await fetch(url, {headers, credentials}).catch((error) => {
     throw new Issue('FILE_UNREADABLE', url, error.message);

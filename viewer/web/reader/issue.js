@@ -7,6 +7,10 @@ export class Issue extends Error {
   }
 }
 
+/** An error as an Issue; FILE_UNREADABLE if it has no code of its own. */
+export const issue_of = (error) =>
+  error instanceof Issue ? error : new Issue('FILE_UNREADABLE', '', error?.message ?? String(error));
+
 export function throw_issue(code, place, message) {
   throw new Issue(code, place, message);
 }

@@ -1,29 +1,23 @@
 // Cell images of the fabrics on a page, as its worker makes them: an atlas of tiles, the table by which the shader finds a
 // place's tile, and what each tile is of. One for all scenes, and for any number of renderers.
 import {
-  BufferAttribute, BufferGeometry, DataTexture, EventDispatcher, FloatType, FramebufferTexture, HalfFloatType, LinearFilter, Matrix4, NearestFilter, RGBAFormat, RGIntegerFormat,
-  RedFormat, UnsignedByteType, UnsignedShortType, Vector2, Vector3, Vector4
+  BufferAttribute, BufferGeometry, DataTexture, EventDispatcher, FloatType, Matrix4, REVISION, RGBAFormat, RGIntegerFormat, UnsignedIntType, Vector2,
+  Vector3, Vector4
 } from 'three';
 import {ask_worker, add_listener, send_to_worker} from '../background.js';
-import {TILE_NUMBERS} from '../cells.js';
-import {lights_of, numbers_of_lamp} from './lights.js';
+import {TILE_TABLE_WIDTH, ATLAS_WIDTH} from '../tiles.js';
+import {frame_of, lights_of, numbers_of_lamp} from './lights.js';
 
-/** Texels of a row of the atlas, of the table, and of the tiles, three texels each. */
-export const ATLAS_WIDTH = 2048, TILE_TABLE_WIDTH = 1536;
 /** Attributes of a mesh, by which a place finds its entry of the table (cells/module.cpp). */
 export const CHART_ATTRIBUTES = ['fabric_chart', 'fabric_chart_size'];
 
 function texture_of(data, width, height, format, type) {
   const texture = new DataTexture(data, width, height, format, type);
-  // three.js 0.160 and 0.161 have no name for it.
-  if (format === RGIntegerFormat) texture.internalFormat = 'RG16UI';
+  // three.js 0.160 and 0.161 have no name for it; WebGPU has another one.
+  if (format === RGIntegerFormat && Number.parseInt(REVISION, 10) < 162) texture.internalFormat = 'RG32UI';
   texture.needsUpdate = true;
   return texture;
 }
-/** A texture that tiles are written into: three.js gives such ones memory alone. */
-const atlas_of = (format, type, filter) =>
-  Object.assign(new FramebufferTexture(ATLAS_WIDTH, 1), {format, type, minFilter: filter, magFilter: filter});
-
 /** Coordinates beyond are refused, m or repeats. */
 const FARTHEST = 1e9;
 /** ms after which a garment that a camera has not seen is another camera's. */
@@ -89,7 +83,7 @@ function numbers_of_camera(camera, scale) {
 class CellImages extends EventDispatcher {
   #garments = new WeakMap();
   #of_number = new Map();
-  /** { renderer, texture }: a WeakRef, and the atlas as OpenGL has it. */
+  /** { renderer, atlas, handle }: a WeakRef, how the renderer takes tiles, and the atlas as its graphics have it. */
   #renderers = [];
   #has_uploads = false;
   #rows = 0;
@@ -102,9 +96,8 @@ class CellImages extends EventDispatcher {
     /** Pixels of a frame along a side of what images are to be as fine as. */
     this.supersample = 1;
     this.uniforms = {
-      cell_atlas: {value: atlas_of(RGBAFormat, HalfFloatType, LinearFilter)},
-      cell_heights: {value: atlas_of(RedFormat, UnsignedByteType, NearestFilter)},
-      cell_table: {value: texture_of(new Uint16Array(2 * ATLAS_WIDTH), ATLAS_WIDTH, 1, RGIntegerFormat, UnsignedShortType)},
+      // WebGPU has no textures of numbers of 16 bits.
+      cell_table: {value: texture_of(new Uint32Array(2 * ATLAS_WIDTH), ATLAS_WIDTH, 1, RGIntegerFormat, UnsignedIntType)},
       cell_tiles: {value: texture_of(new Float32Array(4 * TILE_TABLE_WIDTH), TILE_TABLE_WIDTH, 1, RGBAFormat, FloatType)},
     };
     add_listener((message) => this.#take(message));
@@ -120,11 +113,20 @@ class CellImages extends EventDispatcher {
       this.#tell();
     });
   }
+  /** Lets nothing be at rest until a promise is settled, and asks for a frame then. */
+  wait_for(promise) {
+    ++this.#asked;
+    promise.finally(() => {
+      --this.#asked;
+      this.#tell();
+    });
+  }
   /**
    * { state, beyond, names } of an object in the fabric of its material: 'asked', 'waiting' for its first images, 'shown', or
-   * 'ended'; null where it has to wait for a geometry of its own. `names`: attributes.
+   * 'ended'; null where it has to wait for a geometry of its own. `names`: attributes; `first`: flat ones are read at the first
+   * corner of a triangle, not at the last one.
    */
-  garment(object, geometry, material) {
+  garment(object, geometry, material, first) {
     const {fabric, lay} = material, key = `${fabric.number} ${JSON.stringify(lay)}`;
     if (!this.#garments.has(geometry)) {
       this.#garments.set(geometry, {owner: new WeakRef(object), all: new Map()});
@@ -149,7 +151,7 @@ class CellImages extends EventDispatcher {
       const taken = new Set([...all.values()].map(({names}) => names[0]));
       let k = 0;
       while (taken.has(CHART_ATTRIBUTES[0] + (k || ''))) ++k;
-      const asked = this.#ask_worker(object, geometry, material, CHART_ATTRIBUTES.map((name) => name + (k || '')));
+      const asked = this.#ask_worker(object, geometry, material, first, CHART_ATTRIBUTES.map((name) => name + (k || '')));
       all.set(key, asked);
       asked.is_known = () => this.#garments.get(geometry)?.all.get(key) === asked;
     }
@@ -170,7 +172,7 @@ class CellImages extends EventDispatcher {
     this.#of_number.delete(number);
     send_to_worker({kind: 'remove', garment: number});
   }
-  #ask_worker(object, geometry, {fabric, lay, matrix}, names) {
+  #ask_worker(object, geometry, {fabric, lay, matrix}, first, names) {
     // glTF has flat normals then, for which the shader needs none.
     if (geometry.attributes.position && !geometry.attributes.normal) geometry.computeVertexNormals();
     const garment = {
@@ -184,8 +186,7 @@ class CellImages extends EventDispatcher {
       return {...garment, state: 'ended'};
     }
     const {count} = position;
-    ++this.#asked;
-    (async () => {
+    this.wait_for((async () => {
       // The first frame comes first.
       await new Promise((end) => setTimeout(end));
       const vertices = new Float32Array(8 * count), at = new Vector2(), {index} = geometry;
@@ -195,7 +196,9 @@ class CellImages extends EventDispatcher {
         place.fromBufferAttribute(normal, i).toArray(vertices, 8 * i + 3);
         at.toArray(vertices, 8 * i + 6);
       }
-      const corners = Uint32Array.from(index?.array ?? {length: count}, index ? undefined : (_, i) => i);
+      // The worker charts a triangle at its last corner.
+      const turned = (i) => first ? i - i % 3 + (i + 1) % 3 : i;
+      const corners = Uint32Array.from({length: index?.count ?? count}, (_, i) => index ? index.getX(turned(i)) : turned(i));
       if (!vertices.every((x) => Math.abs(x) < FARTHEST)) throw new Error('a vertex is not finite, or too far away');
       if (corners.some((i) => i >= count)) throw new Error('a triangle has a vertex that is not there');
       if (fabric.number === null) throw new Error('the fabric is gone');
@@ -213,16 +216,13 @@ class CellImages extends EventDispatcher {
     })().catch((error) => {
       garment.state = 'ended';
       refuse(object, error.message);
-    }).finally(() => {
-      --this.#asked;
-      this.#tell();
-    });
+    }));
     return garment;
   }
 
   /** Tells the worker what is seen of an object; `around`: null, or 36 numbers (cells/module.cpp) for light from all around. */
-  look(garment, renderer, scene, camera, object, level, around_of) {
-    this.#upload(renderer);
+  look(garment, atlas, renderer, scene, camera, object, level, around_of) {
+    this.#upload(renderer, atlas);
     inverse.copy(object.matrixWorld);
     if (object.isInstancedMesh) {
       find_nearest(of_instance, object, camera);
@@ -231,12 +231,12 @@ class CellImages extends EventDispatcher {
     const scale = Math.cbrt(Math.abs(inverse.determinant()));
     if (!(scale > 0)) return;
     inverse.invert();
-    renderer.getCurrentViewport(viewport);
+    atlas.find_viewport(renderer, viewport);
     const lights = lights_of(renderer, scene, camera).lamps.map((light) => numbers_of_lamp(light, scale, inverse));
     const {around, lamps} = around_of(inverse);
     viewport.divideScalar(this.supersample);
     const view = {camera: numbers_of_camera(camera, scale), level, around, lights: [...lights, ...lamps]};
-    const now = JSON.stringify(view), {frame} = renderer.info.render;
+    const now = JSON.stringify(view), frame = frame_of(renderer);
     if (!this.#is_due(garment, camera, frame, now, () => this.#take_view(garment, camera, now, view))) return;
     if (this.#pose(garment, object)) garment.last = '';
     this.#take_view(garment, camera, now, view);
@@ -314,29 +314,14 @@ class CellImages extends EventDispatcher {
       uniform.value = texture_of(more, width, rows, format, type);
       return more;
     };
-    grown(cell_table, 2 * first + entries.length, ATLAS_WIDTH, Uint16Array, 2, RGIntegerFormat, UnsignedShortType).set(entries, 2 * first);
+    grown(cell_table, 2 * first + entries.length, ATLAS_WIDTH, Uint32Array, 2, RGIntegerFormat, UnsignedIntType).set(entries, 2 * first);
     grown(cell_tiles, tiles.length, TILE_TABLE_WIDTH, Float32Array, 4, RGBAFormat, FloatType).set(tiles);
     cell_table.value.needsUpdate = cell_tiles.value.needsUpdate = true;
     this.#has_uploads = true;
-    const atlases = [this.uniforms.cell_atlas.value, this.uniforms.cell_heights.value];
-    for (const {renderer: known, texture} of this.#renderers) {
+    for (const {renderer: known, atlas, handle} of this.#renderers) {
       const renderer = known.deref();
       // Another context's, or a renderer's that is gone.
-      if (!renderer || renderer.properties.get(atlases[0]).__webglTexture !== texture) continue;
-      // By three.js's copyTextureToTexture() a tile is eight calls in place of one.
-      const gl = renderer.getContext(), {state} = renderer;
-      // three.js remembers these since 0.184.
-      const store = state.pixelStorei ? state : gl;
-      store.pixelStorei(gl.UNPACK_FLIP_Y_WEBGL, false);
-      store.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
-      store.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-      const {places, halves, heights} = uploads;
-      for (const [atlas, ...format] of [[atlases[0], gl.RGBA, gl.HALF_FLOAT, halves, 4], [atlases[1], gl.RED, gl.UNSIGNED_BYTE, heights, 1]]) {
-        const channels = format.pop();
-        state.bindTexture(gl.TEXTURE_2D, renderer.properties.get(atlas).__webglTexture);
-        for (let i = 0, at = 0; i < places.length; at += channels * places[i + 2] * places[i + 3], i += 4)
-          gl.texSubImage2D(gl.TEXTURE_2D, 0, ...places.subarray(i, i + 4), ...format, at);
-      }
+      if (renderer && atlas.handle(renderer) === handle) atlas.write(renderer, uploads);
     }
     // Tiles of others came with it.
     const garment = this.#of_number.get(number);
@@ -350,7 +335,7 @@ class CellImages extends EventDispatcher {
     if (garment.state === 'waiting' && ((missing === 0 && wanted > 0) || at_rest)) {
       garment.state = 'shown';
       garment.names.forEach((name, i) => garment.geometry.setAttribute(name, garment.attributes[i]));
-      for (const material of garment.materials) material.select_fabric_or_fallback();
+      for (const material of garment.materials) material.take_garment();
     }
     this.#tell();
   }
@@ -391,19 +376,14 @@ class CellImages extends EventDispatcher {
     }
   }
   /** Lets a renderer have tiles. */
-  #upload(renderer) {
+  #upload(renderer, atlas) {
     if (this.#rows === 0) return;
-    const atlases = [this.uniforms.cell_atlas.value, this.uniforms.cell_heights.value];
-    const of_gl = () => renderer.properties.get(atlases[0]).__webglTexture;
     const known = this.#renderers.find((each) => each.renderer.deref() === renderer);
-    if (known && known.texture === of_gl()) return;
-    for (const atlas of atlases) {
-      atlas.image.height = this.#rows;
-      renderer.initTexture(atlas);
-    }
+    if (known && known.handle === atlas.handle(renderer)) return;
+    atlas.begin(renderer, this.#rows);
     if (this.#has_uploads) this.#start_again();
     this.#renderers = this.#renderers.filter((each) => each !== known && each.renderer.deref());
-    this.#renderers.push({renderer: new WeakRef(renderer), texture: of_gl()});
+    this.#renderers.push({renderer: new WeakRef(renderer), atlas, handle: atlas.handle(renderer)});
   }
 }
 

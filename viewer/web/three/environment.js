@@ -1,17 +1,17 @@
 // The environments of three.js as fabrics are drawn in them.
-import {
-  Camera, DataUtils, EquirectangularReflectionMapping, EquirectangularRefractionMapping, Euler, FloatType, HalfFloatType, Matrix3, Matrix4, Mesh, PlaneGeometry,
-  ShaderMaterial, Vector3, WebGLRenderTarget
-} from 'three';
+import {DataUtils, EquirectangularReflectionMapping, Euler, FloatType, HalfFloatType, Matrix3, Matrix4, Vector3} from 'three';
 import {SMOOTH_LIGHT_INTEGRALS, MAX_LAMPS, split_light} from '../environment.js';
+import {cell_images} from './cell_images.js';
 import {lights_of, sum_soft_lights} from './lights.js';
 
 /** From three.js's axes of an environment, the middle column along x, to the axes of environment.js. */
 const FROM_THREE = new Matrix3(0, 0, 1, 0, 1, 0, -1, 0, 0);
+/** Columns of a picture that is drawn. */
+export const DRAWN_WIDTH = 256;
 const known = new WeakMap(), rotation = new Matrix4(), no_turn = new Euler();
 
 /** The picture of an equirectangular texture of numbers, for split_light(); null of other textures. */
-function picture_of({mapping, type, flipY, image}) {
+export function picture_of({mapping, type, flipY, image}) {
   const {data, width, height} = image ?? {};
   if (mapping !== EquirectangularReflectionMapping || !data || width !== 2 * height) return null;
   if (type !== FloatType && type !== HalfFloatType) return null;
@@ -25,65 +25,25 @@ function picture_of({mapping, type, flipY, image}) {
   return {width, height, radiance};
 }
 
-/** The mapping of PMREMGenerator's textures before 0.187, which three.js does not export; later ones are cubes. */
-const CUBE_UV = 306;
-/** Columns of a picture that is drawn, and the samples of a pixel: a sun is smaller. */
-const DRAWN_WIDTH = 256, SAMPLES = 16;
-
-/** The material that draws a texture of any layout from all around, and its colour from a direction `d`. */
-function drawing_material(texture) {
-  const {mapping, isCubeTexture, isRenderTargetTexture, image} = texture, is_cube_uv = mapping === CUBE_UV;
-  const levels = is_cube_uv ? Math.log2(image.height) - 2 : 0, towards = isRenderTargetTexture ? 'd' : 'vec3(-d.x, d.yz)';
-  const colour = is_cube_uv ? 'textureCubeUV(picture, d, 0.0)' : isCubeTexture ? `textureLod(picture, ${towards}, 0.0)` : 'texture2D(picture, equirectUv(d))';
-  return new ShaderMaterial({
-    uniforms: {picture: {value: texture}},
-    // As three.js's WebGLProgram has them.
-    defines: is_cube_uv ? {
-      ENVMAP_TYPE_CUBE_UV: '', CUBEUV_TEXEL_WIDTH: 1 / (3 * Math.max(2 ** levels, 112)), CUBEUV_TEXEL_HEIGHT: 1 / image.height,
-      CUBEUV_MAX_MIP: levels.toFixed(1)
-    } : {},
-    depthTest: false, depthWrite: false, toneMapped: false,
-    vertexShader: 'varying vec2 place; void main() { place = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }',
-    fragmentShader: `#include <common>
-      ${is_cube_uv ? '#include <cube_uv_reflection_fragment>' : ''}
-      varying vec2 place; uniform ${isCubeTexture ? 'samplerCube' : 'sampler2D'} picture;
-      void main() {
-        vec2 part = vec2(dFdx(place.x), dFdy(place.y)) * 0.25;
-        gl_FragColor = vec4(0.0, 0.0, 0.0, 1.0);
-        for (int i = 0; i < ${SAMPLES}; ++i) {
-          vec2 a = (place - 0.5 + (vec2(i & 3, i >> 2) - 1.5) * part) * vec2(2.0, 1.0) * PI;
-          vec3 d = vec3(cos(a.x) * cos(a.y), sin(a.y), sin(a.x) * cos(a.y));
-          gl_FragColor.rgb += ${colour}.rgb * ${1 / SAMPLES};
-        }
-      }`,
-  });
-}
-/** The picture of any texture that three.js takes for an environment, drawn and read back; null of others. */
-function picture_drawn(texture, renderer) {
-  const {mapping, isCubeTexture} = texture;
-  if (!isCubeTexture && ![CUBE_UV, EquirectangularReflectionMapping, EquirectangularRefractionMapping].includes(mapping)) return null;
-  const width = DRAWN_WIDTH, height = width / 2, target = new WebGLRenderTarget(width, height, {type: FloatType, depthBuffer: false});
-  const quad = new Mesh(new PlaneGeometry(2, 2), drawing_material(texture)), data = new Float32Array(4 * width * height), {xr} = renderer;
-  const drawn_to = [renderer.getRenderTarget(), renderer.getActiveCubeFace(), renderer.getActiveMipmapLevel()], is_xr = xr.enabled;
-  quad.frustumCulled = xr.enabled = false;
-  renderer.setRenderTarget(target);
-  renderer.render(quad, new Camera());
-  renderer.readRenderTargetPixels(target, 0, 0, width, height, data);
-  renderer.setRenderTarget(...drawn_to);
-  xr.enabled = is_xr;
-  for (const each of [target, quad.geometry, quad.material]) each.dispose();
-  return picture_of({mapping: EquirectangularReflectionMapping, type: FloatType, flipY: false, image: {data, width, height}});
-}
-
-/** What split_light() makes of a texture, found once for each of its versions; null of textures that are no environment, or not loaded. */
-function light_of(texture, renderer) {
+/**
+ * What split_light() makes of a texture, found once for each of its versions; null of textures that are no environment, or not loaded.
+ * `draw`(texture, renderer): the picture of a texture that is drawn, null of no environment, or a promise.
+ */
+function light_of(texture, renderer, draw) {
   if (texture.version === 0 && !texture.isRenderTargetTexture) return null;
   const last = known.get(texture), version = `${texture.version} ${texture.pmremVersion}`;
   if (last?.version === version) return last.light;
-  const picture = picture_of(texture) ?? picture_drawn(texture, renderer), light = picture && split_light(picture);
-  if (!light) console.warn(`selvedge: the environment "${texture.name}" has the mapping ${texture.mapping}, and lights no fabrics`);
-  known.set(texture, {version, light});
-  return light;
+  const take = (picture) => {
+    const light = picture && split_light(picture);
+    if (!light) console.warn(`selvedge: the environment "${texture.name}" has the mapping ${texture.mapping}, and lights no fabrics`);
+    known.set(texture, {version, light});
+    return light;
+  };
+  const picture = picture_of(texture) ?? draw(texture, renderer);
+  if (!picture?.then) return take(picture);
+  known.set(texture, {version, light: last?.light ?? null});
+  cell_images.wait_for(picture.then(take));
+  return known.get(texture).light;
 }
 
 const vectors = (count) => Array.from({length: count}, () => new Vector3());
@@ -115,9 +75,9 @@ export function environment_in_mesh_axes(uniforms, {elements: e}) {
 const soft = vectors(9);
 const brightness_of = (factors) => factors.map(({x, y, z}, k) => (x + y + z) / 3 * SMOOTH_LIGHT_INTEGRALS[k]);
 
-/** Sets the uniforms to what lights a material in a scene from all around; whether anything does. */
-export function set_environment_uniforms(uniforms, material, scene, renderer, camera) {
-  const texture = material.envMap ?? scene.userData.fabric_environment ?? scene.environment, light = texture ? light_of(texture, renderer) : null;
+/** Sets the uniforms to what lights a material in a scene from all around, `draw`: light_of()'s; whether anything does. */
+export function set_environment_uniforms(uniforms, material, scene, renderer, camera, draw) {
+  const texture = material.envMap ?? scene.userData.fabric_environment ?? scene.environment, light = texture ? light_of(texture, renderer, draw) : null;
   const {envMapIntensity, envMapRotation} = material.envMap ? material : {envMapIntensity: scene.environmentIntensity, envMapRotation: scene.environmentRotation};
   const strength = light ? envMapIntensity ?? 1 : 0, lamps = light?.lamps ?? [], {soft: lights} = lights_of(renderer, scene, camera);
   rotation.makeRotationFromEuler(envMapRotation ?? no_turn);

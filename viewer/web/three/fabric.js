@@ -1,7 +1,6 @@
 // A fabric file that is loaded beside a scene, for any number of materials.
 import {ask_worker, send_to_worker} from '../background.js';
-import {issue_of} from '../load.js';
-import {Issue} from '../reader/index.js';
+import {Issue, issue_of} from '../reader/issue.js';
 
 export class LoadedFabric {
   state = 'loading';

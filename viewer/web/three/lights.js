@@ -2,12 +2,18 @@
 import {Color, Vector3} from 'three';
 import {smooth_basis, smooth_factors} from '../environment.js';
 
+/** Attributes of Surroundings: nine colours, a vector of four numbers each but for the last. */
+export const VERTEX_LIGHT = Array.from({length: 7}, (_, k) => `around_vertex_${k}`);
+
 const place = new Vector3(), other = new Vector3(), colour = new Color();
+
+/** A number of the frame that a WebGLRenderer, or a WebGPURenderer, draws. */
+export const frame_of = ({info}) => info.render.frame ?? info.calls;
 
 let found = {};
 /** { lamps, soft }: the lights of a scene that a camera sees, found once a frame. */
 export function lights_of(renderer, scene, camera) {
-  const {frame} = renderer.info.render;
+  const frame = frame_of(renderer);
   if (found.scene === scene && found.camera === camera && found.frame === frame && found.renderer === renderer) return found;
   found = {renderer, scene, camera, frame, lamps: [], soft: []};
   scene.traverseVisible((object) => {

@@ -3,9 +3,9 @@
 import {ShaderChunk} from 'three';
 import {SMOOTH_LIGHT_INTEGRALS, MAX_LAMPS} from '../environment.js';
 import {parts_fragment_code, parts_vertex_code} from './garment_parts.js';
-import {VERTEX_LIGHT} from './surroundings.js';
-import {CHART_ATTRIBUTES, TILE_TABLE_WIDTH, ATLAS_WIDTH} from './cell_images.js';
-import {TILE_NUMBERS} from '../cells.js';
+import {VERTEX_LIGHT} from './lights.js';
+import {CHART_ATTRIBUTES} from './cell_images.js';
+import {TILE_TABLE_WIDTH, TILE_NUMBERS, ATLAS_WIDTH} from '../tiles.js';
 
 const VERTEX_NAMES = `
 #if FABRIC_UV_SET == 1 || defined(KEPT_UV1)

@@ -11,13 +11,12 @@ import {
   Sphere, Vector3, WebGLRenderTarget
 } from 'three';
 import {project_to_smooth_light, smooth_factors, smooth_basis, extract_lamps} from '../environment.js';
+import {VERTEX_LIGHT} from './lights.js';
 
 const {PI, SQRT1_2, cos, floor, max, round, sin, sqrt} = Math;
 const DIRECTIONS = 48, SKY_MAP = 512, LAMP_MAP = 1024;
 /** Offset of look-ups, in texels, along the normal, by the sine of the angle to the light, and along the light. */
 const NORMAL_OFFSET = 3, LIGHT_OFFSET = 0.5;
-/** Nine colours, a vector of four numbers each but for the last. */
-export const VERTEX_LIGHT = Array.from({length: 7}, (_, k) => `around_vertex_${k}`);
 
 /** Points of a spiral, each with the same part of the sphere. */
 const spiral = Array.from({length: DIRECTIONS}, (_, i) => {
