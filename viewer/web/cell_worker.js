@@ -3,8 +3,9 @@
 //
 //   start    { wasm, memory }: the module, as bytes or its address; bytes of images
 //   fabric   { id, source }; posts fabric { id, result } or { id, issue }
-//   garment  { id, fabric, vertices, corners }, of CellModule.add_garment(); posts garment { id, number, charts, beyond }
-//   pose     { garment, shape }, of CellModule.pose_garment()
+//   garment  { id, fabric, vertices, corners, moves }, of CellModule.add_garment(), `moves` posed()'s `of_mesh` or null; posts garment
+//            { id, number, charts, beyond }
+//   pose     { garment, influences, bones }: of posed()
 //   view     { garment, camera, level, around, lights, serial }: what is seen of a garment from now on
 //   remove   { garment }, or { fabric }
 //   replace  { fabric, by, edition }: of CellModule.replace_fabric(); garments get their images at once
@@ -16,6 +17,7 @@
 // do no more.
 import {CellModule} from './cells.js';
 import {fetch_fabric} from './load.js';
+import {posed} from './pose.js';
 import {Issue, issue_of} from './reader/issue.js';
 
 /** ms after which messages are taken again, and patches that images are made of without a look at the clock. */
@@ -24,6 +26,8 @@ const SLICE = 30, CHUNK = 4;
 const SAMPLES = 2, FIRST = 0, MOVING = 0.08, RESTING = 1;
 /** ms without another view after which images are made as one that rests wants them: twice the time between views none of which came to rest. */
 const REST = 150, LATEST_REST = 4000;
+/** Coordinates beyond are refused, m. */
+const FARTHEST = 1e9;
 /** ms after which a garment's new images are shown though more are to come. */
 const TELL = 120;
 
@@ -43,6 +47,8 @@ export class CellWorker {
   #fabrics = new Map();
   #editions = new Map();
   #coming = new Map();
+  /** Vertices of skins and morphs, and how they move. */
+  #moves = new Map();
   constructor(post) {
     this.#post = post;
   }
@@ -81,12 +87,16 @@ export class CellWorker {
       this.#post({kind: 'fabric', id, issue: [code, place, message]});
     }
   }
-  async garment({id, fabric, vertices, corners}) {
+  async garment({id, fabric, vertices, corners, moves}) {
     const garment = (await this.#module).add_garment(fabric, vertices, corners);
     this.#fabrics.set(garment.number, fabric);
+    if (moves) this.#moves.set(garment.number, {vertices, moves});
     this.#post({kind: 'garment', id, ...garment}, [garment.charts.buffer]);
   }
-  pose = async ({garment, shape}) => (await this.#module).pose_garment(garment, shape);
+  async pose({garment, influences, bones}) {
+    const module = await this.#module, {vertices, moves} = this.#moves.get(garment), shape = posed(vertices, moves, influences, bones);
+    if (shape.every((x) => Math.abs(x) < FARTHEST)) module.pose_garment(garment, shape);
+  }
   async view({garment, ...view}) {
     await this.#module;
     const now = performance.now(), between = this.#due.has(garment) ? now - this.#views.get(garment).seen_at : Infinity;
@@ -115,7 +125,7 @@ export class CellWorker {
     if (fabric !== undefined) return module.remove_fabric(fabric);
     this.#due.delete(garment);
     this.#views.delete(garment);
-    for (const map of [this.#told_at, this.#fabrics, this.#editions, this.#coming]) map.delete(garment);
+    for (const map of [this.#told_at, this.#fabrics, this.#editions, this.#coming, this.#moves]) map.delete(garment);
     module.remove_garment(garment);
   }
   again = async () => (await this.#module).forget_tiles();

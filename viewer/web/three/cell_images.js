@@ -24,7 +24,7 @@ const FARTHEST = 1e9;
 const CAMERAS = 500;
 /** ms for which an object without a geometry of its own may be waited for. */
 const WAITING = 1000;
-/** ms between the shapes of a skin that the worker gets. */
+/** ms between the shapes of a skin that the worker makes. */
 const POSE = 150;
 
 /** A geometry with the same attributes, but for its fabric's. */
@@ -37,6 +37,22 @@ function own_geometry(geometry) {
   return own;
 }
 
+/** The numbers of an attribute, one after the other. */
+function numbers_of(attribute, size, Numbers = Float32Array) {
+  const {array, count, isInterleavedBufferAttribute, normalized, itemSize} = attribute;
+  if (array instanceof Numbers && itemSize === size && !normalized && !isInterleavedBufferAttribute) return array;
+  return Numbers.from({length: size * count}, (_, i) => attribute.getComponent(Math.floor(i / size), i % size));
+}
+/** How skin and morphs move a mesh, for posed() (pose.js); null where none do. */
+function moves_of({isSkinnedMesh, morphTargetInfluences}, {attributes: {skinIndex, skinWeight}, morphAttributes, morphTargetsRelative}) {
+  if (!isSkinnedMesh && !morphTargetInfluences?.length) return null;
+  const targets = ['position', 'normal'].map((name) => (morphAttributes[name] ?? []).map((target) => numbers_of(target, 3)));
+  return {
+    targets, is_relative: morphTargetsRelative, joints: isSkinnedMesh ? numbers_of(skinIndex, 4, Uint16Array) : null,
+    weights: isSkinnedMesh ? numbers_of(skinWeight, 4) : null
+  };
+}
+
 const refused = new WeakSet();
 /** Says once why a mesh shows the fallback. */
 function refuse(object, why) {
@@ -44,7 +60,7 @@ function refuse(object, why) {
   refused.add(object);
 }
 
-const inverse = new Matrix4(), of_instance = new Matrix4(), one_instance = new Matrix4(), place = new Vector3(), other = new Vector3(), moved = new Vector3(), viewport = new Vector4();
+const inverse = new Matrix4(), of_instance = new Matrix4(), one_instance = new Matrix4(), of_bone = new Matrix4(), place = new Vector3(), other = new Vector3(), viewport = new Vector4();
 
 /** Turns `matrix` into the matrix of the instance in sight of a camera that is nearest to it. */
 function find_nearest(matrix, object, camera) {
@@ -176,7 +192,7 @@ class CellImages extends EventDispatcher {
     // glTF has flat normals then, for which the shader needs none.
     if (geometry.attributes.position && !geometry.attributes.normal) geometry.computeVertexNormals();
     const garment = {
-      object, fabric, state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, turns: new WeakSet(), other: null, view: null, pose: '', posed_at: -POSE, fraction: 0, at_rest: false, materials: new Set(), geometry, names,
+      object, fabric, state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, turns: new WeakSet(), other: null, view: null, moves: moves_of(object, geometry), pose: null, posed_at: -POSE, fraction: 0, at_rest: false, materials: new Set(), geometry, names,
       edition: fabric.edition
     };
     const {position, normal} = geometry.attributes, uv = geometry.attributes[lay.uv_set === 1 ? 'uv1' : 'uv'];
@@ -202,8 +218,8 @@ class CellImages extends EventDispatcher {
       if (!vertices.every((x) => Math.abs(x) < FARTHEST)) throw new Error('a vertex is not finite, or too far away');
       if (corners.some((i) => i >= count)) throw new Error('a triangle has a vertex that is not there');
       if (fabric.number === null) throw new Error('the fabric is gone');
-      const {number, charts, beyond} =
-        await ask_worker({kind: 'garment', fabric: fabric.number, vertices, corners}, [vertices.buffer, corners.buffer]);
+      const {moves} = garment;
+      const {number, charts, beyond} = await ask_worker({kind: 'garment', fabric: fabric.number, vertices, corners, moves}, [vertices.buffer, corners.buffer]);
       if (!garment.is_known()) return send_to_worker({kind: 'remove', garment: number});
       const [chart, chart_size] = [new Float32Array(4 * count), new Float32Array(2 * count)];
       for (let i = 0; i < count; ++i) {
@@ -262,30 +278,22 @@ class CellImages extends EventDispatcher {
     garment.other = {camera, frame, timer: setTimeout(take, CAMERAS)};
     return false;
   }
-  /** Sends the worker the shape of a skin in motion, some times a second; whether it has. */
-  #pose(garment, object) {
-    if (garment.number === null || !(object.isSkinnedMesh || object.morphTargetInfluences?.length > 0)) return false;
-    const pose = [...object.skeleton?.bones.flatMap(({matrixWorld}) => matrixWorld.elements) ?? [], ...object.morphTargetInfluences ?? []].join();
-    if (garment.pose === pose) return false;
+  /** Tells the worker how bones and morphs move a mesh, some times a second; whether it has. */
+  #pose(garment, {skeleton, bindMatrix, bindMatrixInverse, morphTargetInfluences}) {
+    if (garment.number === null || !garment.moves) return false;
+    // Nodes do so later in a frame.
+    skeleton?.update();
+    const bones = new Float32Array(12 * (skeleton?.bones.length ?? 0)), influences = [...morphTargetInfluences ?? []];
+    for (let i = 0; 12 * i < bones.length; ++i) {
+      const {elements: e} = of_bone.fromArray(skeleton.boneMatrices, 16 * i).premultiply(bindMatrixInverse).multiply(bindMatrix);
+      for (let k = 0; k < 12; ++k) bones[12 * i + k] = e[k % 4 * 4 + (k >> 2)];
+    }
+    const {pose} = garment, is_same = (now, last) => now.every((x, i) => x === last[i]);
+    if (pose && is_same(bones, pose.bones) && is_same(influences, pose.influences)) return false;
     garment.at_rest = false;
     if (performance.now() < garment.posed_at + POSE) return false;
-    Object.assign(garment, {pose, posed_at: performance.now()});
-    const {normal, position: {count}} = object.geometry.attributes, shape = new Float32Array(6 * count);
-    const {morphAttributes, morphTargetsRelative} = object.geometry, influences = object.morphTargetInfluences ?? [];
-    const moves = morphAttributes.normal ?? [], rest = morphTargetsRelative ? 1 : 1 - influences.reduce((a, b) => a + b, 0);
-    for (let i = 0; i < count; ++i) {
-      object.getVertexPosition(i, place).toArray(shape, 6 * i);
-      other.fromBufferAttribute(normal, i).multiplyScalar(moves.length > 0 ? rest : 1);
-      moves.forEach((move, k) => other.addScaledVector(moved.fromBufferAttribute(move, i), influences[k]));
-      if (object.isSkinnedMesh) {
-        // The normal through a skin: the change from a place to the place beside it.
-        const of_rest = moved.fromBufferAttribute(object.geometry.attributes.position, i);
-        object.applyBoneTransform(i, other.add(of_rest)).sub(object.applyBoneTransform(i, of_rest));
-      }
-      other.toArray(shape, 6 * i + 3);
-    }
-    if (!shape.every((x) => Math.abs(x) < FARTHEST)) return false;
-    send_to_worker({kind: 'pose', garment: garment.number, shape}, [shape.buffer]);
+    Object.assign(garment, {pose: {bones, influences}, posed_at: performance.now()});
+    send_to_worker({kind: 'pose', garment: garment.number, bones, influences});
     return true;
   }
   #send_view = ({number, view}) => number !== null && view && send_to_worker({kind: 'view', garment: number, ...view});
