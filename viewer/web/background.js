@@ -47,10 +47,14 @@ function start_here(messages) {
 function start() {
   const first = {kind: 'start', wasm, memory}, sent = [first];
   let worker, ready = false;
+  const start_without = (why) => {
+    if (globalThis.Worker) console.warn(`selvedge: worker.js does not load${why ? `: ${why}` : ''}; serve it where the page looks for it, or make it by use_worker(); the main thread does its work`);
+    start_here(sent);
+  };
   try {
     worker = make_worker();
-  } catch {
-    return start_here(sent);
+  } catch (error) {
+    return start_without(error.message);
   }
   is_worker = true;
   port = (message, transfer) => {
@@ -69,7 +73,7 @@ function start() {
   worker.onerror = (event) => {
     event.preventDefault();
     worker.terminate();
-    if (!ready) return start_here(sent);
+    if (!ready) return start_without(event.message);
     end_with(event.message);
   };
 }

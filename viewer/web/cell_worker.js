@@ -64,12 +64,15 @@ export class CellWorker {
   }
   start({wasm, memory}) {
     this.#module = (async () => {
-      const bytes = typeof wasm === 'string' ? await (await fetch(wasm)).arrayBuffer() : wasm;
+      const found = typeof wasm === 'string' ? await fetch(wasm) : null;
+      if (found?.ok === false) throw new Error(`HTTP ${found.status}`);
+      const bytes = found ? await found.arrayBuffer() : wasm;
       const module = new CellModule(await WebAssembly.compile(bytes));
       this.#post({kind: 'rows', rows: module.set_memory(memory)});
       return module;
     })().catch((error) => {
-      throw new Issue('GRAPHICS_UNAVAILABLE', '', `WebAssembly: ${error.message}`);
+      const remedy = typeof wasm === 'string' ? `${wasm}: ${error.message}; serve cells.wasm there, or give its address to use_worker()` : error.message;
+      throw new Issue('GRAPHICS_UNAVAILABLE', '', `WebAssembly: ${remedy}`);
     });
     this.#module.catch(() => {});
   }
