@@ -91,9 +91,11 @@ TEST_CASE("a picture for a time is whole: magnified where the time is short, wit
         draw_for_goal(*renderer, {{}, row.seconds}, ball.options, camera, ball.options, frame, stats));
     CHECK(picture.supersample == row.supersample);
     CHECK(picture.magnification == row.magnification);
-    CHECK((picture.accuracy_db > 0) == (row.magnification == 1));
     REQUIRE(frame.pixels.size() == truth.pixels.size());
-    CHECK(frame_psnr_db(frame, truth) > row.accuracy);
+    const double true_db = frame_psnr_db(frame, truth);
+    CHECK(true_db > row.accuracy);
+    const bool is_known = picture.accuracy_db > 0;  // not where the time to compare was too short
+    CHECK((row.magnification == 1 ? is_known : !is_known || std::abs(picture.accuracy_db - true_db) < 4));
   }
 }
 
