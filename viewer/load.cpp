@@ -1,5 +1,6 @@
 #include "viewer/load.h"
 
+#include "format/gltf/access.h"
 #include "format/gltf/memory.h"
 #include "viewer/scene/fabric_sides.h"
 
@@ -36,18 +37,54 @@ Result<Motion> Motion::load(const std::string& path, const std::string& clip, co
                             const SceneLimits& limits) {
   Result<GltfDocument> document = load_gltf(path, limits.document);
   if (!document) return tl::unexpected(document.error());
-  const std::uint64_t memory =
-      limits.document.memory - std::min(limits.document.memory, document->memory_used);
-  Result<Clip> read = Clip::read(*document, clip, memory);
+  Motion motion;
+  motion.document_ = std::move(*document);
+  motion.nodes_ = array_member(motion.document_.json, "nodes");
+  motion.animations_ = array_member(motion.document_.json, "animations");
+  motion.choice_ = choice;
+  motion.limits_ = limits;
+  if (auto good = motion.choose(clip); !good) return tl::unexpected(good.error());
+  return motion;
+}
+
+std::optional<Motion> Motion::first(const std::string& path, const SceneLimits& limits) {
+  Result<Motion> motion = load(path, "0", {}, limits);
+  return motion ? std::optional(std::move(*motion)) : std::nullopt;
+}
+
+std::vector<std::string> Motion::names() const {
+  std::vector<std::string> names;
+  for (const Json& animation : animations_) {
+    const std::string name = string_of(member(animation, "name"));
+    names.push_back(name.empty() ? std::to_string(names.size()) : name);
+  }
+  return names;
+}
+
+Result<void> Motion::choose(const std::string& wanted) {
+  document_.json["nodes"] = nodes_;
+  document_.json["animations"] = animations_;
+  const std::uint64_t memory = limits_.document.memory;
+  Result<Clip> read = Clip::read(document_, wanted, memory - std::min(memory, document_.memory_used));
   if (!read) return tl::unexpected(read.error());
-  return Motion{std::move(*document), std::move(*read), choice, limits};
+  clip_ = std::move(*read);
+  return {};
+}
+
+Result<LoadedScene> Motion::load_scene() {
+  clip_.pose(0, document_);
+  Result<LoadedScene> loaded = selvedge::load_scene(document_, choice_, limits_);
+  if (!loaded) return loaded;
+  std::vector<std::string>& remarks = loaded->scene.remarks;
+  remarks.insert(remarks.end(), clip_.remarks().begin(), clip_.remarks().end());
+  return loaded;
 }
 
 Result<void> Motion::pose(double time, Scene& scene) {
-  clip.pose(time, document);
-  SceneLimits plain = limits;
+  clip_.pose(time, document_);
+  SceneLimits plain = limits_;
   plain.image_bytes = 0;  // the scene has its pictures
-  Result<Scene> posed = read_scene(document, plain, choice);
+  Result<Scene> posed = read_scene(document_, plain, choice_);
   if (!posed) return tl::unexpected(posed.error());
   scene.primitives = std::move(posed->primitives);
   scene.instances = std::move(posed->instances);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,18 +30,30 @@ Result<LoadedScene> load_scene(const GltfDocument& document, const SceneChoice& 
                                const SceneLimits& limits);
 
 /// A document that one of its clips moves.
-struct Motion {
-  GltfDocument document;
-  Clip clip;
-  SceneChoice choice;
-  SceneLimits limits;
-
+class Motion {
+ public:
   /// Errors as load_gltf() and Clip::read().
   static Result<Motion> load(const std::string& path, const std::string& clip, const SceneChoice& choice,
                              const SceneLimits& limits);
+  /// The first clip of a file; nothing without clips, or without one that can be read.
+  static std::optional<Motion> first(const std::string& path, const SceneLimits& limits);
+
+  const Clip& clip() const { return clip_; }
+  std::vector<std::string> names() const;  ///< of all clips
+  /// Another clip, by its name or number. Errors as Clip::read(); the clip before stays.
+  Result<void> choose(const std::string& wanted);
+  /// The scene at the beginning of the clip, with its fabrics.
+  Result<LoadedScene> load_scene();
   /// Gives a scene that was loaded from the document the vertices, instances, lights and cameras of a time,
   /// s.
   Result<void> pose(double time, Scene& scene);
+
+ private:
+  GltfDocument document_;  ///< posed
+  Json nodes_, animations_;
+  Clip clip_;
+  SceneChoice choice_;
+  SceneLimits limits_;
 };
 
 /// Reads a fabric that can also be drawn within `memory`.

@@ -229,7 +229,7 @@ struct Renderer::State {
     watch.add_lap(prepare);
   }
 
-  /// What depends on the vertices.
+  /// Makes everything that depends on the vertices.
   void prepare_scene(const Scene& source) {
     path.reset();
     occluders.reset();

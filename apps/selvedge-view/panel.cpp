@@ -140,6 +140,13 @@ void Panel::handle_keys(const PanelInfo& info, ShowState& state, PanelRequest& r
   if (pressed('F')) widen_redraw(request.redraw, wear_next_fabric(fabrics, state), Redraw::scene);
   if (pressed('C')) widen_redraw(request.redraw, toggle_core_materials(state), Redraw::scene);
   if (pressed('B')) widen_redraw(request.redraw, true, toggle_comparison(state));
+  if (state.clip >= 0 && pressed(' ')) state.plays_clip = !state.plays_clip;
+  for (const char key : {'<', '>'}) {
+    if (state.clip < 0 || !pressed(key)) continue;
+    state.plays_clip = false;
+    state.clip_time = std::max(state.clip_time + (key == '<' ? -1.0 : 1.0) / 30, 0.0);
+    widen_redraw(request.redraw, true, Redraw::frame);
+  }
   request.saves_picture = pressed('S');
   request.saves_garment = pressed('D');
 }
@@ -156,6 +163,23 @@ void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& req
   if (ImGui::Button("save (S)")) request.saves_picture = true;
   ImGui::SameLine();
   if (ImGui::Button("copy command")) request.copies_command = true;
+}
+
+void Panel::edit_clip(const PanelInfo& info, ShowState& state, PanelRequest& request) {
+  label("clip");
+  if (choose("##clip", info.picture.clips, state.clip)) {
+    state.clip_time = 0;
+    widen_redraw(request.redraw, true, Redraw::frame);
+  }
+  ImGui::Checkbox("play (space)", &state.plays_clip);
+  auto time = static_cast<float>(state.clip_time);
+  label("time");
+  if (ImGui::SliderFloat("##time", &time, 0, static_cast<float>(info.picture.clip_seconds), "%.2f s")) {
+    state.plays_clip = false;
+    state.clip_time = static_cast<double>(time);
+    widen_redraw(request.redraw, true, Redraw::frame);
+  }
+  slider(request.redraw, "speed", state.clip_speed, 0.1F, 4, "%.2f", ImGuiSliderFlags_Logarithmic);
 }
 
 void Panel::edit_light(ShowState& state, PanelRequest& request) {
@@ -339,6 +363,7 @@ PanelRequest Panel::edit(const PanelInfo& info, ShowState& state) {
     return ImGui::CollapsingHeader(title, open ? ImGuiTreeNodeFlags_DefaultOpen : 0);
   };
   if (opens("Picture", true)) edit_view(info, state, request);
+  if (state.clip >= 0 && !info.picture.clips.empty() && opens("Clip", true)) edit_clip(info, state, request);
   if (opens("Light", true)) edit_light(state, request);
   if (opens("Fabric", true)) edit_fabrics(info, state, request);
   if (opens("Probe", true)) {

@@ -70,6 +70,7 @@ class Panel {
  private:
   void edit_view(const PanelInfo& info, ShowState& state, PanelRequest& request);
   void edit_light(ShowState& state, PanelRequest& request);
+  static void edit_clip(const PanelInfo& info, ShowState& state, PanelRequest& request);
   void edit_bar(const PanelInfo& info, ShowState& state, PanelRequest& request) const;
   static void edit_offers(const PanelInfo& info, PanelRequest& request);
   void edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& request);

@@ -40,7 +40,7 @@ void read_swatch(const RenderCommand& command, Shot& shot, std::vector<Light>& o
   shot.variants.emplace_back();
 }
 
-/// What the frame holds: of a clip at even times, so that all of its frames have one camera.
+/// The contents of the frame: of a clip at even times, so that all of its frames have one camera.
 Framing framing_of(Shot& shot) {
   Framing framing = value_or_throw(frame_scene(shot.scene));
   if (!shot.motion) return framing;
@@ -48,7 +48,7 @@ Framing framing_of(Shot& shot) {
   constexpr std::size_t max_points = std::size_t{1} << 16;
   framing.points.clear();
   for (int i = 0; i < times; ++i) {
-    value_or_throw(shot.motion->pose(shot.motion->clip.seconds() * i / times, shot.scene));
+    value_or_throw(shot.motion->pose(shot.motion->clip().seconds() * i / times, shot.scene));
     const std::vector<V3d> points = value_or_throw(frame_scene(shot.scene)).points;
     const std::vector<V3d> kept = points.size() > max_points ? box_corners(points) : points;
     framing.points.insert(framing.points.end(), kept.begin(), kept.end());
@@ -144,11 +144,7 @@ LoadedScene load(const RenderCommand& command, std::optional<Motion>& motion) {
   choice.loads_unused_fabrics = !command.variants.empty();
   if (command.animation.empty()) return value_or_throw(load_scene(picture.input, choice, picture.limits));
   motion = value_or_throw(Motion::load(picture.input, command.animation, choice, picture.limits));
-  motion->clip.pose(0, motion->document);
-  LoadedScene scene = value_or_throw(load_scene(motion->document, choice, picture.limits));
-  const auto& remarks = motion->clip.remarks();
-  scene.scene.remarks.insert(scene.scene.remarks.end(), remarks.begin(), remarks.end());
-  return scene;
+  return value_or_throw(motion->load_scene());
 }
 
 }  // namespace

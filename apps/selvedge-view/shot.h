@@ -18,7 +18,7 @@ struct ShotFrame {
   std::optional<CameraOptions> view;  ///< of a turntable, for the report
 };
 
-/// What the scene wears.
+/// Clothes of the scene.
 struct ShotVariant {
   std::string name;  ///< empty: the only one
   int variant = -1;  ///< index into Scene::variants; -1: as it was loaded

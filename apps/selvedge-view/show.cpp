@@ -118,7 +118,9 @@ Result<int> run(const ShowCommand& command) {
   report_remarks(command.common, "note", scene.scene.remarks);
   const auto window = value_or_throw(Window::open("Selvedge: " + command.picture.input, command.size));
   const GlFunctions gl = value_or_throw(load_gl_functions(*window->context()));
-  auto picture = value_or_throw(ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics)));
+  auto picture = value_or_throw(
+      ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics),
+                          is_fabric ? std::nullopt : Motion::first(garment, command.picture.limits)));
   for (const std::string& path : files) value_or_throw(picture->add_fabric(path));
   ShowState state = first_state(command, *window, *picture);
   state.frame_seconds = 1 / command.fps;
@@ -142,7 +144,8 @@ void add_show_verb(Program& program) {
        "selvedge-view show sweater.glb --fabric rib.fabric.exr --azimuth 30",
        "Mouse: left drag turns around the garment, middle drag (or Shift + left) moves it, right drag (or\n"
        "Ctrl + left) turns the light, the wheel comes nearer. Keys: C without fabrics,\n"
-       "P probe, F next fabric, B compares by a bar, S saves the picture, D the garment, R first view, H "
+       "Space and left and right: the clip. P probe, F next fabric, B compares by a bar, S saves the "
+       "picture, D the garment, R first view, H "
        "panel, Escape\n"
        "closes. Files and folders can be dropped on the window; a garment without fabrics is dressed in the "
        "first.\n"

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "apps/common/report.h"
@@ -50,6 +51,10 @@ std::string command_of(const std::string& input, const std::vector<Light>& own, 
   add("--fov", camera.field_of_view);
   add("--look-at", triple(camera.look_at.value_or(V3d(0, 0, 0))));
   add("--distance", camera.distance.value_or(0));
+  if (state.clip >= 0) {
+    add("--animation", state.clip);
+    add("--time", state.clip_time);
+  }
   add("--path", path_names[state.path]);
   if (state.levels.forced_level >= 0) add("--level", state.levels.forced_level);
   add("--layers", state.layers);
@@ -144,6 +149,7 @@ Json ShowLoop::to_json() const {
                 {"fov", state_.camera.field_of_view},
                 {"distance", state_.camera.distance.value_or(0)},
                 {"lookAt", look_at}}},
+              {"clip", {{"number", state_.clip}, {"time", state_.clip_time}, {"plays", state_.plays_clip}}},
               {"fabrics", state_.worn_fabrics.fabrics},
               {"command", command()},
               {"message", message_}};
@@ -165,6 +171,13 @@ bool ShowLoop::step() {
   const double aspect = static_cast<double>(size.x) / size.y;
   Redraw change = std::max(pending_, apply(input, aspect, picture_->scene_diagonal, state_));
   pending_ = Redraw::none;
+  double seconds = 0;
+  clip_watch_.add_lap(seconds);
+  if (state_.clip >= 0 && state_.plays_clip) {
+    state_.clip_time += seconds * static_cast<double>(state_.clip_speed);
+    if (picture_->clip_seconds > 0) state_.clip_time = std::fmod(state_.clip_time, picture_->clip_seconds);
+    change = std::max(change, Redraw::frame);
+  }
   const PanelInfo info{*picture_, state_.shows_probe ? probe_ : no_probe_, offers_, window_.poll_keys(),
                        message_};
   const PanelRequest request = panel_.edit(info, state_);
@@ -234,6 +247,8 @@ void ShowLoop::receive() {
     input_ = update.garment->path;
     if (update.garment->camera) first_camera_ = state_.camera = *update.garment->camera;
     state_.worn_fabrics = update.garment->worn_fabrics;
+    state_.clip = update.garment->clip;
+    state_.clip_time = 0;
     state_.compared_fabrics.reset();
     state_.hidden_fabrics.clear();
   }

@@ -57,6 +57,7 @@ class ShowLoop {
   V3d aim_{0, 0, 0};          ///< ... over this point, world, m
   const std::optional<PixelProbe> no_probe_;
   std::string message_;
+  Stopwatch clip_watch_;  ///< since the last frame of a clip
 };
 
 }  // namespace selvedge

@@ -52,6 +52,9 @@ Result<std::unique_ptr<Window>> Window::open(const std::string& title, const V2i
                        if (action != GLFW_PRESS) return;
                        std::string& keys = window_of(sender).keys_;
                        if (key == GLFW_KEY_ESCAPE) keys.push_back(escape_key);
+                       if (key == GLFW_KEY_SPACE) keys.push_back(' ');
+                       if (key == GLFW_KEY_LEFT) keys.push_back('<');
+                       if (key == GLFW_KEY_RIGHT) keys.push_back('>');
                        if (key >= GLFW_KEY_A && key <= GLFW_KEY_Z)
                          keys.push_back(static_cast<char>('A' + (key - GLFW_KEY_A)));
                      });

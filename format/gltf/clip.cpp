@@ -50,7 +50,6 @@ class Clip::Reader {
 
   Clip read() {
     Clip clip;
-    clip.name_ = string_of(member(json_, "name"));
     const Json& channels = array_member(json_, "channels");
     if (channels.empty()) reader_.fail(Code::gltf_malformed, place_, "the clip has no channels");
     for (std::size_t i = 0; i < channels.size(); ++i) read_channel(i, channels[i], clip);

@@ -17,17 +17,16 @@ class Clip {
   /// Keys of one sampler.
   static constexpr std::size_t max_keys = std::size_t{1} << 19;
 
-  /// The clip of that name or number. OPTION_OUT_OF_RANGE if there is none; GLTF_MALFORMED for a clip without
+  /// The clip of that name or number. OPTION_OUT_OF_RANGE for another one; GLTF_MALFORMED for a clip without
   /// channels, and times that go back or are not finite; MESH_NOT_FINITE for other values; FILE_TOO_LARGE
   /// beyond max_keys, or beyond `memory` bytes of numbers.
   static Result<Clip> read(const GltfDocument& document, const std::string& wanted, std::uint64_t memory);
 
   /// Gives the nodes the translation, rotation, scale and weights of a time (s), before the first and after
-  /// the last key those of that key. From `seconds()` on the clip begins again. The document has no
+  /// the last key its values. From `seconds()` on the clip begins again. The document has no
   /// animations afterwards. Precondition: it is the document that was read.
   void pose(double time, GltfDocument& document) const;
 
-  const std::string& name() const { return name_; }
   double seconds() const { return seconds_; }  ///< the last key
   const std::vector<std::string>& remarks() const { return remarks_; }
 
@@ -44,7 +43,6 @@ class Clip {
   static std::vector<double> value_at(const Channel& channel, double time);
   class Reader;
 
-  std::string name_;
   double seconds_ = 0;
   std::vector<Channel> channels_;
   std::vector<std::string> remarks_;

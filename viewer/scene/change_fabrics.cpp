@@ -81,7 +81,7 @@ Result<void> wear_variant(int variant, Scene& scene) {
 
 namespace {
 
-/// What a picture shows of a primitive's material, but for the tint of its fabric.
+/// The part of a primitive's material that pictures show, but for the tint of its fabric.
 SceneMaterial seen_material(const Scene& scene, const ScenePrimitive& primitive) {
   if (primitive.material < 0) return {};
   SceneMaterial seen = scene.materials[primitive.material];

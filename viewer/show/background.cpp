@@ -384,12 +384,15 @@ std::string PictureThread::put_on(const std::string& path) {
 std::string PictureThread::show_garment(const std::string& path, const std::string& name, bool keeps_camera) {
   LoadedScene scene = value_or_throw(load_scene(path, {}, limits_));
   std::string remarks = fmt::format("{}", fmt::join(scene.scene.remarks, "\n"));
-  auto picture = value_or_throw(ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics)));
+  auto picture = value_or_throw(
+      ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics), Motion::first(path, limits_)));
   const double aspect = static_cast<double>(request_.size.x) / request_.size.y;
   const ShowState first = value_or_throw(picture->first_state({}, aspect));
   ShowState state = request_.state;
   if (!keeps_camera) state.camera = first.camera;
   state.worn_fabrics = first.worn_fabrics;
+  state.clip = first.clip;
+  state.clip_time = 0;
   state.compared_fabrics.reset();
   state.hidden_fabrics.clear();
   pace_ = {};
@@ -406,7 +409,8 @@ std::string PictureThread::show_garment(const std::string& path, const std::stri
   added_.clear();
   ++frames_;
   ++generation_;
-  show(ShownGarment{name, keeps_camera ? std::nullopt : std::optional(first.camera), first.worn_fabrics});
+  show(ShownGarment{name, keeps_camera ? std::nullopt : std::optional(first.camera), first.worn_fabrics,
+                    first.clip});
   return remarks;
 }
 

@@ -48,6 +48,7 @@ struct ShownGarment {
   std::string path;
   std::optional<CameraOptions> camera;  ///< nullopt: the window keeps its camera
   FabricChoice worn_fabrics;
+  int clip = -1;  ///< ShowState::clip
 };
 
 /// Changes since the last poll().

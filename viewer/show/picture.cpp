@@ -11,7 +11,8 @@
 
 namespace selvedge {
 
-Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vector<Fabric> fabrics) {
+Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vector<Fabric> fabrics,
+                                                         std::optional<Motion> motion) {
   const Result<std::vector<V3d>> points = world_points(scene);
   if (!points) return tl::unexpected(points.error());
   std::unique_ptr<ShowPicture> picture(new ShowPicture);
@@ -21,11 +22,18 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vecto
   picture->scene_ = std::move(scene);
   picture->fabrics_ = std::move(fabrics);
   picture->scene_.fabrics.resize(picture->fabrics_.size());
+  picture->motion_ = std::move(motion);
+  if (!picture->motion_) return picture;
+  picture->drawn_.clips = picture->motion_->names();
+  picture->drawn_.clip_seconds = picture->motion_->clip().seconds();
+  const Result<void> posed = picture->motion_->pose(0, picture->scene_);
+  if (!posed) return tl::unexpected(posed.error());
   return picture;
 }
 
 Result<ShowState> ShowPicture::first_state(const CameraOptions& options, double aspect) const {
   ShowState state;
+  if (motion_) state.clip = 0;
   state.worn_fabrics.fabrics = fabrics_of(scene_);
   state.worn_fabrics.fits.resize(scene_.materials.size());
   CameraOptions turned = options;
@@ -69,10 +77,29 @@ void ShowPicture::load(const ShowState& state) {
   if (two_) load(*state.compared_fabrics, sides_[1]);
 }
 
-void ShowPicture::load(const FabricChoice& choice, ShownSide& side) {
+/// Moves everything to the time of the state.
+void ShowPicture::pose(const ShowState& state) {
+  if (!motion_ || (state.clip == posed_clip_ && state.clip_time == posed_time_)) return;
+  if (state.clip != posed_clip_) value_or_throw(motion_->choose(std::to_string(state.clip)));
+  posed_clip_ = state.clip;
+  posed_time_ = state.clip_time;
+  drawn_.clip_seconds = motion_->clip().seconds();
+  value_or_throw(motion_->pose(state.clip_time, scene_));
+  if (!sides_[0].renderer) return;
+  for (ShownSide& side : sides()) {
+    dress(&side == &sides_[0] ? state.worn_fabrics : *state.compared_fabrics, side);
+    value_or_throw(side.renderer->replace(side.dressed_scene));
+  }
+}
+
+void ShowPicture::dress(const FabricChoice& choice, ShownSide& side) const {
   side.dressed_scene = change_fabrics(scene_, fabrics_, choice.fabrics);
   fit_fabrics(choice.fits, fabrics_, side.dressed_scene);
-  side.dressed_scene.memory_left = scene_.memory_left / sides().size();
+  side.dressed_scene.memory_left = scene_.memory_left / (two_ ? sides_.size() : 1);
+}
+
+void ShowPicture::load(const FabricChoice& choice, ShownSide& side) {
+  dress(choice, side);
   side.renderer = value_or_throw(Renderer::create(side.dressed_scene, fabrics_, options_));
 }
 
@@ -96,6 +123,7 @@ void ShowPicture::set_light(const ShowState& state) {
 void ShowPicture::draw(const ShowState& state) {
   const Stopwatch watch;
   drawn_.camera = value_or_throw(make_camera(corners_, aspect_, state.camera));
+  if (motion_) widen_clipping_depths(box_corners(value_or_throw(world_points(scene_))), drawn_.camera);
   options_.levels = state.levels;
   options_.cells = moving_cell_images;
   options_.cells.memory_bytes = state.image_memory_bytes / sides().size();
@@ -138,6 +166,8 @@ Result<void> ShowPicture::update(const ShowState& state, Redraw change, const V2
   options_.height = std::max(1, static_cast<int>(std::lround(size.y / divisor)));
   options_.layers = state.layers;
   return catch_failure([&] {
+    if (change == Redraw::scene) drop_renderers();
+    pose(state);
     if (change == Redraw::scene || !sides_[0].renderer) {
       load(state);
       change = Redraw::scene;

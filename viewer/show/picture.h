@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "format/fabric/file.h"
+#include "viewer/load.h"
 #include "viewer/renderer.h"
 #include "viewer/show/state.h"
 
@@ -26,13 +27,17 @@ struct DrawnPicture {
   double draw_seconds = 0;
   double accuracy_db =
       0;  ///< dB of a full frame, as while something moves, against the picture at rest; 0: not known yet
-  double scene_diagonal = 1;  ///< diagonal of the scene, m
+  double scene_diagonal = 1;       ///< diagonal of the scene, m
+  std::vector<std::string> clips;  ///< names of the file's clips
+  double clip_seconds = 0;         ///< of the one that is shown
 };
 
 class ShowPicture {
  public:
   /// `fabrics[i]` is scene.fabrics[i]; further ones may follow.
-  static Result<std::unique_ptr<ShowPicture>> create(Scene scene, std::vector<Fabric> fabrics);
+  /// `motion`: of the scene's file; its first clip is shown.
+  static Result<std::unique_ptr<ShowPicture>> create(Scene scene, std::vector<Fabric> fabrics,
+                                                     std::optional<Motion> motion = {});
 
   /// The initial state, with the fabrics of the scene and `options` as an orbit; without an angle, from the
   /// side that frame_scene() finds.
@@ -81,12 +86,17 @@ class ShowPicture {
   void drop_renderers();
   // These throw Failure.
   void load(const ShowState& state);
+  void dress(const FabricChoice& choice, ShownSide& side) const;
   void load(const FabricChoice& choice, ShownSide& side);
+  void pose(const ShowState& state);
   void draw(const ShowState& state);
   void display(const ShowState& state);
   void set_light(const ShowState& state);
 
   Scene scene_;
+  std::optional<Motion> motion_;
+  int posed_clip_ = 0;
+  double posed_time_ = 0;
   std::array<ShownSide, 2> sides_;  ///< ShowState::worn and ShowState::compared_fabrics
   bool two_ = false;                ///< the second is shown
   std::vector<Fabric> fabrics_;

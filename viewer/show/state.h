@@ -51,6 +51,10 @@ struct ShowState {
   std::optional<FabricChoice> compared_fabrics;
   float comparison_bar = 0.5F;  ///< in [0, 1], from the left side of the picture
   bool shows_probe = true;
+  int clip = -1;                    ///< of the file; -1: none
+  double clip_time = 0;             ///< s
+  float clip_speed = 1;             ///< seconds of the clip in one of the clock
+  bool plays_clip = true;           ///< else it is paused
   double frame_seconds = 1.0 / 30;  ///< within which a picture that moves is drawn, smaller if need be
 };
 
