@@ -319,6 +319,32 @@ Result<void> parse_words(const std::function<void(Options&)>& declare, std::vect
   }
 }
 
+std::string Options::given_words() const {
+  std::string words;
+  for (const CLI::Option* option : app_.get_options()) {
+    const bool is_output = std::ranges::any_of(files_, [&](const FileOption& file) {
+      return file.option == option && file.use == FileOption::Use::written;
+    });
+    static constexpr std::array of_run{"--json", "--quiet", "--threads", "--if-changed"};
+    if (is_output || std::ranges::find(of_run, option->get_name()) != of_run.end()) continue;
+    for (const std::string& text : option->results()) words += option->get_name() + " " + text + "\n";
+  }
+  return words;
+}
+
+std::vector<std::string> Options::given_inputs() const {
+  std::vector<std::string> paths;
+  std::error_code ignored;
+  for (const FileOption& file : files_) {
+    if (file.use == FileOption::Use::written) continue;
+    for (const std::string& value : file.option->results()) {
+      const std::string path = value.substr(file.has_names ? value.find('=') + 1 : 0);
+      if (std::filesystem::is_regular_file(path, ignored)) paths.push_back(path);
+    }
+  }
+  return paths;
+}
+
 void Options::refuse_all_but(std::initializer_list<const char*> names, const char* why) const {
   for (const CLI::Option* option : app_.get_options()) {
     const std::string name = option->get_name();

@@ -129,6 +129,10 @@ class Options {
   bool is_declared(const char* name) const;
   /// The texts of an option on the command line; none where it is not there or not declared.
   std::vector<std::string> given_texts(const char* name) const;
+  /// All words that a result depends on, a line each: without outputs and options of the run.
+  std::string given_words() const;
+  /// The files that given options name to be read.
+  std::vector<std::string> given_inputs() const;
   /// Refuses every given option but these, with the reason `why`.
   void refuse_all_but(std::initializer_list<const char*> names, const char* why) const;
   /// If `here`, refuses the first of these options that is given, with the reason `why`.

@@ -21,12 +21,16 @@ namespace {
 
 /// Maximum number of files of one run.
 constexpr std::size_t max_files = 20000;
+/// Chunk of PNG files with RunKey::digest().
+constexpr const char* key_name = "selvedge run";
 
 /// Writes a frame to `path` in the format of the name `like`.
 Result<void> write(const DisplayOptions& display, const Frame& frame, const std::string& like,
-                   const std::string& path) {
+                   const std::string& path, const std::string& key) {
   if (has_ending(like, ".exr")) return write_exr(path, to_linear_image(frame));
-  return write_png(path, to_display_image(frame, display));
+  auto png = value_or_throw(encode_png(to_display_image(frame, display)));
+  if (!key.empty()) add_png_text(key_name, key, png);
+  return write_file(path, png);
 }
 
 void write_to_output(const DisplayOptions& display, const Frame& frame) {
@@ -61,7 +65,11 @@ struct VariantGroup {
 class Series {
  public:
   Series(const RenderCommand& command, Shot& shot)
-      : command_(command), shot_(shot), goal_(command.goal), progress_("pictures", command.common.quiet) {
+      : command_(command),
+        key_(command.key.digest()),
+        shot_(shot),
+        goal_(command.goal),
+        progress_("pictures", command.common.quiet) {
     std::vector<std::string> names;
     for (const ShotVariant& variant : shot.variants) names.push_back(variant.name);
     variant_names_ = file_safe(names);
@@ -70,6 +78,7 @@ class Series {
           {Code::option_out_of_range, "", "--output", fmt::format("are more than {} files", max_files)}};
     // All are opened before the work, so that an unwritable folder is reported first.
     if (command.streams()) return;
+    if (keeps_all()) return;
     for (std::size_t v = 0; v < shot.variants.size(); ++v) {
       for (const ShotFrame& frame : shot.frames)
         for (const std::string& output : command.outputs)
@@ -81,6 +90,9 @@ class Series {
                        fmt::format("{} is the file of two pictures; name it by {{frame}}", paths_[i])}};
     }
   }
+
+  /// Whether --if-changed keeps all files, which the report then names.
+  bool is_kept() const { return is_kept_; }
 
   Drawn draw() {
     for (VariantGroup& group : groups()) draw(group);
@@ -94,13 +106,25 @@ class Series {
     return {frame.name, frame.number, command_.has_variants() ? variant_names_[variant] : ""};
   }
 
+  bool keeps_all() {
+    if (key_.empty()) return false;
+    std::vector<std::string> paths;
+    for (std::size_t v = 0; v < shot_.variants.size(); ++v)
+      for (const ShotFrame& frame : shot_.frames)
+        for (const std::string& output : command_.outputs)
+          paths.push_back(series_path(output, place_of(v, frame)));
+    is_kept_ =
+        std::ranges::all_of(paths, [&](const std::string& path) { return png_text(path, key_name) == key_; });
+    return is_kept_;
+  }
+
   std::vector<VariantGroup> groups() const {
     std::vector<VariantGroup> groups;
     for (std::size_t i = 0; i < shot_.variants.size(); ++i) {
       Scene scene = worn_scene(shot_, shot_.variants[i]);
       const auto same = std::ranges::find_if(
           groups, [&](const VariantGroup& group) { return differ_by_tints(group.scene, scene); });
-      // What a time draws depends on what else is drawn.
+      // A picture for a time is drawn alone.
       if (same != groups.end() && !goal_.seconds)
         same->variants.push_back(i);
       else
@@ -166,7 +190,7 @@ class Series {
       const std::string path = series_path(command_.outputs[i], place_of(variant, frame));
       row["file"] = path;
       value_or_throw(selvedge::write(display, picture, path,
-                                     files_.at(by_path_.at(file_identity(path))).temporary_path())
+                                     files_.at(by_path_.at(file_identity(path))).temporary_path(), key_)
                          .map_error([&](Error error) {
                            error.file = path;
                            return error;
@@ -180,6 +204,7 @@ class Series {
   }
 
   const RenderCommand& command_;
+  std::string key_;
   Shot& shot_;
   PictureGoal goal_;
   TerminalProgress progress_;
@@ -188,6 +213,7 @@ class Series {
   std::vector<std::string> paths_;
   std::map<std::string, std::size_t> by_path_;
   std::size_t written_ = 0;
+  bool is_kept_ = false;
   Drawn drawn_;
 };
 
@@ -283,7 +309,12 @@ Result<int> run(const RenderCommand& command) {
   const Stopwatch watch;
   Shot shot = read_shot(command);
   const double read = watch.seconds();
-  const Drawn drawn = Series(command, shot).draw();
+  Series series(command, shot);
+  if (series.is_kept()) {
+    report(command.common, "render", {{"outputs", command.outputs}, {"kept", true}}, "");
+    return 0;
+  }
+  const Drawn drawn = series.draw();
   Json all = to_json(command, shot, drawn);
   std::vector<std::string> remarks = shot.scene.remarks;
   remarks.insert(remarks.end(), drawn.stats.remarks.begin(), drawn.stats.remarks.end());

@@ -71,6 +71,7 @@ void check_render(const Options& options, const RenderCommand& command) {
   options.refuse_if(command.streams() && command.common.json, "is for standard output, as -o - is",
                     {"--json"});
   for (const std::string& output : command.outputs) {
+    options.refuse_if(!has_ending(output, ".png"), "is for PNG files", {"--if-changed"});
     if (command.has_variants() && (output == "-" || output.find("{variant}") == std::string::npos))
       refuse("--output", "needs {variant} in its name: there is a picture for each");
     if (output == "-" && !command.streams()) refuse("--output", "- is the only one, or none");
@@ -132,6 +133,7 @@ void declare_render(Options& options, RenderCommand& command) {
           "it is short")
       .in_range(0.01, 86400);
   options.number("--supersample", command.supersample, "N", "Instead: N x N rays a pixel");
+  command.key.declare(options);
   add_input(options, picture);
   add_drawing(options, command);
   add_series(options, command);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/options.h"
+#include "apps/common/run_key.h"
 #include "apps/selvedge-view/picture_options.h"
 #include "format/gltf/read_scene.h"
 #include "format/scene/swatch.h"
@@ -15,6 +15,7 @@ namespace selvedge {
 
 struct RenderCommand {
   CommonOptions common;
+  RunKey key;
   PictureOptions picture;
   std::vector<std::string> outputs;  ///< .png or .exr
   V2i size{800, 600};

@@ -206,7 +206,7 @@ TradeSection measured(const TradeCommand& command, const std::string& input, con
     make.cell = command.cell;
     make.common.quiet = true;
     const std::clock_t before = std::clock();
-    made.push_back(make_file(make).fit.fabric);
+    made.push_back(make_file(make)->fit.fabric);
     fabrics.push_back({{"stitch", input},
                        {"fabric", candidate.name},
                        {"bytes", file_size_or_zero(file)},

@@ -340,6 +340,16 @@ void declare_fit(Options& options, MakeCommand& command) {
   options.output(command.output, "The fabric file").required();
 }
 
+constexpr const char* key_member = "run";
+
+/// The digest of the run that made a fabric with --if-changed; empty without.
+std::string key_of_fabric(const std::string& path) {
+  const auto reader = FabricReader::open(path);
+  if (!reader) return {};
+  const Json provenance = Json::parse(reader->header().provenance, nullptr, false);
+  return provenance.is_object() ? provenance.value(key_member, "") : "";
+}
+
 Result<int> run_fit(const MakeCommand& command) {
   FitOutcome fitted = fit_samples(value_or_throw(read_samples(command.input)), command);
   if (std::string& recipe = fitted.fabric.recipe; recipe != "{}") {
@@ -355,9 +365,13 @@ Result<int> run_fit(const MakeCommand& command) {
 
 Result<int> run_make(const MakeCommand& command) {
   if (!command.list_path.empty()) return make_from_list(command);
-  const MadeFabric made = make_file(command);
-  const Json json{{"bake", bake_json(made.bake, command.samples_path)},
-                  {"fit", fit_json(made.fit, command.output)}};
+  const auto made = make_file(command);
+  if (!made) {
+    report(command.common, "make", {{"output", command.output}, {"kept", true}}, command.output + ": kept\n");
+    return 0;
+  }
+  const Json json{{"bake", bake_json(made->bake, command.samples_path)},
+                  {"fit", fit_json(made->fit, command.output)}};
   report(command.common, "make", json, bake_text(json["bake"]) + fit_text(json["fit"]));
   return 0;
 }
@@ -376,11 +390,12 @@ void declare_make(Options& options, MakeCommand& command) {
       .reads();
   options.number("--line", command.list_line, "N", "Make this line alone: a job of a job array")
       .in_range(1, 1e9);
+  command.key.declare(options);
   options.add_check([&options, &command] {
     const bool many = !command.list_path.empty();
     if (many && options.is_given("input")) refuse("--list", "excludes a stitch");
     if (many)
-      options.refuse_all_but({"--list", "--line", "--json", "--quiet", "--threads"},
+      options.refuse_all_but({"--list", "--line", "--json", "--quiet", "--threads", "--if-changed"},
                              "has no effect with --list: write it into the list");
     options.refuse_if(!many, "needs --list", {"--line"});
     if (!many && !options.is_given("input")) refuse("input", "is required, or --list");
@@ -401,7 +416,10 @@ Result<MakeCommand> make_command_of(const std::vector<std::string>& words, const
   return command;
 }
 
-MadeFabric make_file(const MakeCommand& command) {
+std::optional<MadeFabric> make_file(const MakeCommand& command) {
+  const std::string key = command.key.digest(files_of_cell(command.input));
+  const bool has_samples = command.samples_path.empty() || file_size_or_zero(command.samples_path) > 0;
+  if (!key.empty() && has_samples && key_of_fabric(command.output) == key) return std::nullopt;
   value_or_throw(check_writable({command.output, command.samples_path}));
   MakeCommand needed = command;
   // Else no layers are chosen.
@@ -410,6 +428,11 @@ MadeFabric make_file(const MakeCommand& command) {
   Baked baked = bake_cell(needed);
   if (!command.samples_path.empty()) value_or_throw(write_samples(command.samples_path, baked.samples));
   MadeFabric made{std::move(baked.report), fit_samples(baked.samples, command)};
+  if (!key.empty()) {
+    Json provenance = Json::parse(made.fit.fabric.provenance);
+    provenance[key_member] = key;
+    made.fit.fabric.provenance = provenance.dump();
+  }
   value_or_throw(write_fabric(command.output, made.fit.fabric, command.options.write));
   return made;
 }

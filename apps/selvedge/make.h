@@ -7,6 +7,7 @@
 
 #include "apps/common/options.h"
 #include "apps/common/report.h"
+#include "apps/common/run_key.h"
 #include "converter/make/make.h"
 #include "converter/stitch/find_cell.h"
 
@@ -27,6 +28,7 @@ struct MakeCommand {
   std::string samples_path;      ///< file to keep them in; empty: none
   std::string list_path;         ///< file with the words of a make on each line; empty: a single fabric
   std::optional<int> list_line;  ///< of the list, from 1; default: all
+  RunKey key;
 };
 
 /// For pages: the built-in `stitches` and their parameters, as `stitch --list NAME --json` prints them, and
@@ -44,7 +46,7 @@ struct MadeFabric {
 
 /// Makes the fabrics of a list, or of one of its lines, and reports them.
 Result<int> make_from_list(const MakeCommand& command);
-/// Makes a fabric and writes its files. Throws Failure.
-MadeFabric make_file(const MakeCommand& command);
+/// Makes a fabric and writes its files; nothing where --if-changed keeps them. Throws Failure.
+std::optional<MadeFabric> make_file(const MakeCommand& command);
 
 }  // namespace selvedge

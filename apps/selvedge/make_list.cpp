@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "apps/selvedge/make.h"
+#include "converter/stitch/library.h"
 #include "format/base/atomic_file.h"
 #include "format/base/printable.h"
 
@@ -49,9 +50,26 @@ Result<std::vector<std::string>> words_of(const std::string& line, const std::st
   return words;
 }
 
+/// Refuses a line whose stitch is unknown or broken, or whose mesh is not there.
+void check_cell(const MakeCommand& command, int number, const std::string& list) {
+  const auto fault = [&]() -> std::optional<Error> {
+    if (is_stitch(command.input)) {
+      // Charts and drafts are read, not drawn, which may take minutes.
+      const bool is_file = !files_of_cell(command.input).empty();
+      const Result<void> good =
+          is_file ? describe_stitch(command.input).map([](const auto&) {})
+                  : find_stitch(command.input, command.cell.settings).map([](const auto&) {});
+      return good ? std::nullopt : std::optional(good.error());
+    }
+    if (file_size_or_zero(command.input) > 0) return std::nullopt;
+    return Error{Code::file_missing, command.input, "", "is not there, or empty"};
+  }();
+  if (fault) throw Failure{{fault->code, list, fmt::format("line {}", number), to_line(*fault)}};
+}
+
 /// The makes of the list. All lines are parsed before the first is made: a fault in the last is reported at
 /// once.
-List read_list(const std::string& path) {
+List read_list(const std::string& path, bool all_changed_only) {
   constexpr std::uintmax_t max_bytes = std::uintmax_t{64} << 20;
   const auto refuse = [&](int number, const std::string& why) {
     throw Failure{{Code::option_out_of_range, path, fmt::format("line {}", number), why}};
@@ -64,10 +82,12 @@ List read_list(const std::string& path) {
   for (std::string line; std::getline(text, line);) {
     const std::string place = fmt::format("line {}", ++list.count);
     if (escape_unprintable(line) != line) refuse(list.count, "has a control character");
-    const auto words = value_or_throw(words_of(line, path, place));
+    auto words = value_or_throw(words_of(line, path, place));
     if (words.empty()) continue;
+    if (all_changed_only) words.emplace_back("--if-changed");
     MakeCommand command = value_or_throw(make_command_of(words, path, place));
     if (!command.list_path.empty()) refuse(list.count, "--list has no place in a list");
+    check_cell(command, list.count, path);
     for (const std::string& file : files_of_cell(command.input)) inputs.emplace(file_identity(file), file);
     for (const std::string& file : {command.output, command.samples_path}) {
       if (file.empty()) continue;
@@ -87,24 +107,27 @@ List read_list(const std::string& path) {
 
 Result<int> make_from_list(const MakeCommand& command) {
   const CommonOptions& common = command.common;
-  List list = read_list(command.list_path);
+  List list = read_list(command.list_path, command.key.is_given());
   if (command.list_line && *command.list_line > list.count)
     return fail(Code::option_out_of_range, command.list_path, fmt::format("line {}", *command.list_line),
                 fmt::format("the list has {} lines", list.count));
   Json rows = Json::array();
   int made = 0;
+  int kept = 0;
   int failed = 0;
   for (List::Line& line : list.lines) {
     if (command.list_line && line.number != *command.list_line) continue;
     line.command.common = common;
     const std::string& output = line.command.output;
     Json row = {{"line", line.number}, {"output", output}};
-    const auto result =
-        catch_exceptions(output, [&]() -> Result<MadeFabric> { return make_file(line.command); });
+    const auto result = catch_exceptions(
+        output, [&]() -> Result<std::optional<MadeFabric>> { return make_file(line.command); });
     if (result) {
-      ++made;
-      row.update(
-          {{"bytes", file_size_or_zero(output)}, {"seconds", result->bake.seconds + result->fit.seconds}});
+      const auto& fabric = *result;
+      ++(fabric ? made : kept);
+      row.update({{"bytes", file_size_or_zero(output)},
+                  {"seconds", fabric ? fabric->bake.seconds + fabric->fit.seconds : 0},
+                  {"kept", !fabric}});
     } else {
       ++failed;
       row["error"] = to_json(result.error());
@@ -114,8 +137,9 @@ Result<int> make_from_list(const MakeCommand& command) {
     const char* pattern = result ? "{output}: {bytes} bytes, {seconds:.1f} s\n" : "{output}: failed\n";
     if (!common.json && !common.quiet) fmt::print("{}", escape_unprintable(fill_pattern(pattern, row)));
   }
-  report(common, "make", {{"list", command.list_path}, {"made", made}, {"failed", failed}, {"fabrics", rows}},
-         fmt::format("{}: {} made, {} failed\n", command.list_path, made, failed));
+  report(common, "make",
+         {{"list", command.list_path}, {"made", made}, {"kept", kept}, {"failed", failed}, {"fabrics", rows}},
+         fmt::format("{}: {} made, {} kept, {} failed\n", command.list_path, made, kept, failed));
   return failed > 0 ? 1 : 0;
 }
 

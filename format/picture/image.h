@@ -83,6 +83,11 @@ Result<std::vector<std::uint8_t>> encode_png(const Image& image, Transfer transf
 /// Writes the bytes of encode_png() atomically.
 Result<void> write_png(const std::string& path, const Image& image, Transfer transfer = Transfer::srgb);
 
+/// Adds a text to a PNG file in memory, in a chunk tEXt: `key` of 1 to 79 characters, all of Latin-1.
+void add_png_text(const std::string& key, const std::string& text, std::vector<std::uint8_t>& png);
+/// The text under a key; empty without one, or without a PNG file.
+std::string png_text(const std::string& path, const std::string& key);
+
 /// Atomically writes an OpenEXR file of 32-bit floats, ZIP, channels R, G, B, A (the first `channels` of
 /// them; one channel is called Y). Without a time stamp, so that the same pixels give the same bytes.
 Result<void> write_exr(const std::string& path, const Image& image);

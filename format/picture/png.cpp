@@ -59,6 +59,34 @@ Result<std::vector<std::uint8_t>> encode_png(const Image& image, Transfer transf
   return png;
 }
 
+void add_png_text(const std::string& key, const std::string& text, std::vector<std::uint8_t>& png) {
+  const std::string body = "tEXt" + key + '\0' + text;
+  const auto* const bytes = reinterpret_cast<const std::uint8_t*>(body.data());
+  std::vector<std::uint8_t> chunk;
+  const auto add_number = [&](std::uint32_t number) {
+    for (const int shift : {24, 16, 8, 0}) chunk.push_back(static_cast<std::uint8_t>(number >> shift));
+  };
+  add_number(static_cast<std::uint32_t>(body.size() - 4));
+  chunk.insert(chunk.end(), bytes, bytes + body.size());
+  add_number(static_cast<std::uint32_t>(crc32(0, bytes, static_cast<uInt>(body.size()))));
+  // Behind the header, whose length is fixed.
+  png.insert(png.begin() + 33, chunk.begin(), chunk.end());
+}
+
+std::string png_text(const std::string& path, const std::string& key) {
+  const std::string png = read_file(path).value_or("");
+  const std::string begin = "tEXt" + key + '\0';
+  for (std::size_t at = 8; at + 12 <= png.size();) {
+    std::size_t size = 0;
+    for (std::size_t i = 0; i < 4; ++i) size = size << 8 | static_cast<std::uint8_t>(png[at + i]);
+    if (size > png.size() - at - 12) break;
+    if (png.compare(at + 4, begin.size(), begin) == 0 && size + 4 >= begin.size())
+      return png.substr(at + 4 + begin.size(), size + 4 - begin.size());
+    at += size + 12;
+  }
+  return {};
+}
+
 Result<void> write_png(const std::string& path, const Image& image, Transfer transfer) {
   Result<std::vector<std::uint8_t>> bytes = encode_png(image, transfer);
   if (bytes) return write_file(path, *bytes);
