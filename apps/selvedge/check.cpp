@@ -15,13 +15,13 @@ namespace {
 struct CheckCommand {
   CommonOptions common;
   std::vector<std::string> files;
-  bool warnings_as_errors = false;
+  bool is_strict = false;
   SceneLimits limits;
 };
 
 void declare(Options& options, CheckCommand& command) {
   options.list("files", command.files, "FILE...", "Files").required();
-  options.flag("--warnings-as-errors", command.warnings_as_errors, "Exit status 1 for a warning, too");
+  options.flag("--strict", command.is_strict, "Exit status 1 for a warning, too");
   add_limits(options, command.limits);
 }
 
@@ -43,13 +43,13 @@ Result<int> run(const CheckCommand& command) {
     const Issues issues = found ? *found : Issues{found.error()};
     const auto warnings = static_cast<std::size_t>(std::ranges::count_if(
         issues, [](const Error& e) { return severity_of(e.code) == Severity::warning; }));
-    const bool good = command.warnings_as_errors ? issues.empty() : warnings == issues.size();
+    const bool good = command.is_strict ? issues.empty() : warnings == issues.size();
     all_good = all_good && good;
     Json list = Json::array();
     for (const Error& issue : issues) {
       list.push_back(to_json(issue));
       // With --json or --quiet, standard error has only issues that make the status 1.
-      const bool failing = command.warnings_as_errors || severity_of(issue.code) == Severity::error;
+      const bool failing = command.is_strict || severity_of(issue.code) == Severity::error;
       if (failing || !(command.common.quiet || command.common.json)) report_issue(issue);
     }
     Json entry = {{"file", escape_invalid_utf8(path)}, {"good", good}, {"issues", std::move(list)}};

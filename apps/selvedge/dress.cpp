@@ -5,11 +5,13 @@
 #include <array>
 #include <set>
 
+#include "apps/common/run_key.h"
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "converter/dress/true_size.h"
 #include "converter/stitch/parameters.h"
 #include "format/base/printable.h"
+#include "format/gltf/access.h"
 
 namespace selvedge {
 namespace {
@@ -39,6 +41,8 @@ struct DressCommand {
   std::string garment;
   std::string fabric;
   std::string output;
+  bool is_strict = false;
+  RunKey key;
   DressOptions dress;
 };
 
@@ -106,15 +110,37 @@ void declare(Options& options, DressCommand& command) {
             "Also this USD layer (.usda): the garment, its fallback, and the fabric's name")
       .ends_in({".usda"})
       .writes();
+  command.key.declare(options);
+  options.flag("--strict", command.is_strict,
+               "Exit status 1 for a variant whose colour the fabric cannot reach");
   add_limits(options, dress.limits);
   options.add_check([&dress] {
     if (dress.materials.empty() && !dress.all_cloth) refuse("dress", "--material or --all is required");
   });
 }
 
+/// The digest of the run that dressed a garment with --if-changed; empty without.
+std::string key_of_garment(const std::string& path) {
+  const auto document = load_gltf(path);
+  if (!document) return {};
+  return string_of(member(member(member(document->json, "asset"), "extras"), run_key_member));
+}
+
 Result<int> run(const DressCommand& command) {
-  const auto dressed = value_or_throw(dress(command.garment, command.fabric, command.output, command.dress));
+  DressOptions options = command.dress;
+  options.run_key = command.key.digest();
+  if (!options.run_key.empty() && key_of_garment(command.output) == options.run_key) {
+    report(command.common, "dress", {{"output", command.output}, {"kept", true}},
+           command.output + ": kept\n");
+    return 0;
+  }
+  const auto dressed = value_or_throw(dress(command.garment, command.fabric, command.output, options));
   report_remarks(command.common, command.garment, dressed.warnings);
+  Json issues = Json::array();
+  for (const Error& issue : dressed.issues) {
+    issues.push_back(to_json(issue));
+    if (command.is_strict || !(command.common.quiet || command.common.json)) report_issue(issue);
+  }
   Json materials = Json::array();
   Json unwrapped = Json::array();
   for (const DressedMaterial& m : dressed.materials) {
@@ -139,11 +165,11 @@ Result<int> run(const DressCommand& command) {
         {{"name", v.variant}, {"index", v.index}, {"of", v.base_material}, {"repeats", v.repeats}});
     if (v.tint) variants.back()["tint"] = *v.tint;
   }
-  const Json json{{"output", command.output}, {"bytes", dressed.bytes},
-                  {"bounds", dressed.bounds}, {"embedded", dressed.embedded},
-                  {"usd", dressed.usd_files}, {"backed", dressed.backed_primitive_count},
-                  {"materials", materials},   {"variants", variants},
-                  {"unwrapped", unwrapped},   {"warnings", dressed.warnings}};
+  const Json json{
+      {"output", command.output},     {"bytes", dressed.bytes},   {"bounds", dressed.bounds},
+      {"embedded", dressed.embedded}, {"usd", dressed.usd_files}, {"backed", dressed.backed_primitive_count},
+      {"materials", materials},       {"variants", variants},     {"unwrapped", unwrapped},
+      {"warnings", dressed.warnings}, {"issues", issues}};
   report(command.common, "dress", json,
          lines_text(materials,
                     "#{index} {name}: {primitives} primitives, {repeats:.5g} repeats, {metresPerUv:.3g} m a "
@@ -158,7 +184,7 @@ Result<int> run(const DressCommand& command) {
              fill_pattern("fabric embedded {embedded}, backing behind {backed} primitives "
                           "-> {output} ({bytes} bytes), USD {usd}\n",
                           json));
-  return 0;
+  return command.is_strict && !dressed.issues.empty() ? 1 : 0;
 }
 
 }  // namespace

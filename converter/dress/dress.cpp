@@ -454,18 +454,14 @@ class Dresser {
       report_.warnings.push_back(fmt::format(
           "variant \"{}\" changes nothing: only other variants wear the dressed materials", colourway.name));
     }
-    if (colourway.color) warn_of_colour(colourway, cloth.albedo());
-  }
-
-  void warn_of_colour(const Colourway& colourway, const V3f& albedo) {
-    const V3f tint = tint_for_color(*colourway.color, albedo);
-    const float largest = std::max({tint.x, tint.y, tint.z});
-    if (largest <= 1) return;
-    report_.warnings.push_back(
-        fmt::format("variant \"{}\" is brighter than the fabric, which reflects {:.2f} {:.2f} {:.2f}: {}",
-                    colourway.name, albedo.x, albedo.y, albedo.z,
-                    largest < static_cast<float>(max_tint) ? "other viewers show no more than that"
-                                                           : "it is not reached"));
+    if (!colourway.color) return;
+    const V3f color = *colourway.color;
+    // Darker than cloth can be is no fault of the fabric.
+    V3f tint;
+    for (int c = 0; c < 3; ++c) tint[c] = color[c] / std::max(cloth.albedo()[c], 1e-6F);
+    if (auto issue = unreached_variant(document_.file, fmt::format("variant \"{}\"", colourway.name),
+                                       cloth.albedo(), tint))
+      report_.issues.push_back(std::move(*issue));
   }
 
   void add_backings() {
@@ -529,6 +525,7 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     for (std::string& warning : outside_warnings(document, output_path))
       report.warnings.push_back(std::move(warning));
     std::vector<AtomicFile> usd = stage_usd(document, options.usd_path, limits, report);
+    if (!options.run_key.empty()) document.json["asset"]["extras"][run_key_member] = options.run_key;
     StagedGltf staged = value_or_throw(stage_gltf(std::move(document), output_path));
     report.bytes = staged.byte_count;
     for (AtomicFile& file : usd) {

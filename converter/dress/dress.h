@@ -35,6 +35,8 @@ namespace selvedge {
 /// all.
 enum class Unwrapping { where_needed, always, never };
 
+inline constexpr const char* run_key_member = "selvedgeRun";
+
 struct DressOptions {
   std::vector<std::string> materials = {};  ///< these three as in MaterialChoice
   bool all_cloth = false;
@@ -57,6 +59,7 @@ struct DressOptions {
   bool has_fallback = true;
   int tex_coord = 0;          ///< 0 or 1
   SceneLimits limits = {};    ///< of the garment
+  std::string run_key = {};   ///< asset.extras.selvedgeRun, if not empty
   std::string usd_path = {};  ///< also write this .usda layer and its files beside it (usd.h)
 };
 
@@ -89,6 +92,7 @@ struct DressReport {
   std::uint64_t bytes = 0;             ///< of the glTF, including an embedded fabric
   std::vector<std::string> usd_files;  ///< files of DressOptions::usd_path, the layer last
   std::vector<std::string> warnings;
+  Issues issues;  ///< VARIANT_UNREACHED
 };
 
 /// Reads `garment_path` (.gltf, .glb), dresses it in the fabric and writes `output_path` (.gltf, .glb), whole

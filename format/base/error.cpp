@@ -11,7 +11,7 @@ namespace selvedge {
 std::span<const CodeRow> code_table() {
   using enum Code;
   using enum Severity;
-  static constexpr std::array<CodeRow, 41> rows{{
+  static constexpr std::array<CodeRow, 42> rows{{
       {file_missing, error, "FILE_MISSING", "The named file does not exist."},
       {file_unreadable, error, "FILE_UNREADABLE", "The file exists but cannot be opened or read."},
       {file_unwritable, error, "FILE_UNWRITABLE", "The output cannot be written; nothing is left behind."},
@@ -56,6 +56,8 @@ std::span<const CodeRow> code_table() {
        "The alpha mode hides the holes of the fabric, or blends a fabric that has none."},
       {gltf_transform, warning, "GLTF_TRANSFORM", "Fabric and fallback do not lie alike on the surface."},
       {gltf_advice, warning, "GLTF_ADVICE", "Legal, but unwise: see the message."},
+      {variant_unreached, warning, "VARIANT_UNREACHED",
+       "A tint asks for a colour that the fabric cannot reach: a dye takes light away."},
       {material_missing, error, "MATERIAL_MISSING",
        "The garment has no material of that name, or none to work on."},
       {garment_no_uvs, error, "GARMENT_NO_UVS", "The material's triangles have no texture coordinates."},

@@ -48,6 +48,7 @@ enum class Code {
   gltf_alpha,
   gltf_transform,
   gltf_advice,
+  variant_unreached,
   material_missing,
   garment_no_uvs,
   garment_empty,

@@ -34,8 +34,12 @@ bool close(const UvTransform& a, const UvTransform& b) {
          close(a.scale.y, b.scale.y) && close(a.rotation, b.rotation);
 }
 
-/// Whether the fabric of an entry of the root array has holes; empty if it cannot be read.
-using Entry = std::optional<bool>;
+/// The fabric of an entry of the root array; empty if it cannot be read.
+struct CheckedEntry {
+  bool has_holes = false;
+  std::optional<V3f> albedo;  ///< the mean, where the file tells it
+};
+using Entry = std::optional<CheckedEntry>;
 
 /// Visits the textures below a material (objects shaped like a textureInfo), with their place. Extras and the
 /// reference to a fabric are left out.
@@ -129,7 +133,11 @@ class FabricCheck {
       if (embedded) issue.place = issue.place.empty() ? place : place + ": " + issue.place;
     issues_.add(checked.issues);
     if (!checked.fabric) return {};
-    return has_holes(*checked.fabric, 0);
+    CheckedEntry entry{has_holes(*checked.fabric, 0), {}};
+    const Json& albedo = Json::parse(checked.fabric->fallback).value("albedo", Json());
+    if (albedo.is_array() && albedo.size() == 3)
+      entry.albedo = V3f(albedo[0].get<float>(), albedo[1].get<float>(), albedo[2].get<float>());
+    return entry;
   }
 
   void check_material(const Json& material, int number) {
@@ -153,7 +161,15 @@ class FabricCheck {
     if (member(material, "doubleSided") != true)
       issues_.add(Code::gltf_advice, place + "/doubleSided", "is not true: the cloth's back is not drawn");
     check_fallback(material, place, *reference);
-    if (const Entry& holes = entries_[reference->fabric]) check_alpha(material, place, *holes);
+    const Entry& worn = entries_[reference->fabric];
+    if (!worn) return;
+    check_alpha(material, place, worn->has_holes);
+    const V3f& tint = scene_.materials[number].garment_textures.tint;
+    if (worn->albedo)
+      if (const auto issue =
+              unreached_variant("", fmt::format("{}/extensions/{}/{}", place, fabric_extension, tint_factor),
+                                *worn->albedo, tint))
+        issues_.add(issue->code, issue->place, issue->message);
   }
 
   /// Calls missing(place) for the primitives of a material without an attribute.

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "format/base/colour_difference.h"
 #include "format/base/guard.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/names.h"
@@ -39,6 +40,22 @@ TextureMapping read_texture_mapping(const Json& texture_info) {
   transform.rotation = number_or(member(json, rotation), 0);
   transform.scale = pair_of(member(json, scale), transform.scale);
   return placement;
+}
+
+std::optional<Error> unreached_variant(const std::string& file, const std::string& place, const V3f& albedo,
+                                       const V3f& tint) {
+  constexpr double max_difference = 5;
+  const V3f wanted = albedo * tint;
+  const V3f reached = albedo * V3f(std::min(tint.x, 1.0F), std::min(tint.y, 1.0F), std::min(tint.z, 1.0F));
+  const double difference = ciede2000(wanted, reached);
+  if (difference <= max_difference) return std::nullopt;
+  return Error{
+      Code::variant_unreached, file, place,
+      fmt::format(
+          "the fabric, which reflects {:.2f} {:.2f} {:.2f}, reaches {:.2f} {:.2f} {:.2f} by a dye, not "
+          "{:.2f} {:.2f} {:.2f}: a difference of {:.0f} (CIEDE2000)",
+          albedo.x, albedo.y, albedo.z, reached.x, reached.y, reached.z, wanted.x, wanted.y, wanted.z,
+          difference)};
 }
 
 const Json& fabric_extension_member(const GltfDocument& document, int material, const char* part) {

@@ -37,6 +37,11 @@ TextureMapping read_texture_mapping(const Json& texture_info);
 /// Largest component of a tintFactor; cloth brighter than white is no cloth.
 inline constexpr double max_tint = 16;
 
+/// Cloth of mean `albedo` cannot reach the colour of a tint, as no dye makes it brighter, where the colours
+/// differ by more than 5 (CIEDE2000): a VARIANT_UNREACHED of a place, or nothing.
+std::optional<Error> unreached_variant(const std::string& file, const std::string& place, const V3f& albedo,
+                                       const V3f& tint);
+
 /// A member of the material's extension; null without it.
 const Json& fabric_extension_member(const GltfDocument& document, int material, const char* name);
 

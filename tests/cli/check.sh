@@ -44,14 +44,14 @@ test_check_counts_warnings_and_can_take_them_for_errors() {
   make_plane_fabric
   write_quad quad.gltf
   selvedge dress quad.gltf plane.fabric.exr -o dressed.glb --material cloth --quiet
-  exits 0 selvedge check dressed.glb --warnings-as-errors
+  exits 0 selvedge check dressed.glb --strict
   selvedge dress quad.gltf plane.fabric.exr -o bare.glb --material cloth --no-fallback --quiet
   exits 0 selvedge check bare.glb
   grep -q '^bare.glb: gltf, good, 2 warnings$' "$scratch/out" || fail "$(cat "$scratch/out" "$scratch/err")"
   [ "$(grep -c '^selvedge: warning: bare.glb: .*\[GLTF_FALLBACK\]$' "$scratch/err")" = 2 ] || fail "$(cat "$scratch/err")"
   exits 0 selvedge check bare.glb --quiet
   [ ! -s "$scratch/err" ] || fail "not quiet: $(cat "$scratch/err")"
-  exits 1 selvedge check bare.glb --warnings-as-errors --quiet
+  exits 1 selvedge check bare.glb --strict --quiet
   [ "$(wc -l <"$scratch/err")" = 2 ] || fail "$(cat "$scratch/err")"
 }
 

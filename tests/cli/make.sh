@@ -127,9 +127,30 @@ test_a_list_is_read_whole_before_any_work_and_goes_on_after_a_fabric_that_fails(
   bad '4: writes over bad, an input' '4s/own.fabric.exr/bad/'
   bad '4: --list ' '4s/.*/--list list/'
   bad '4: has a control character' '4s/own/\x1b[31m/'
-  sed -i 's/plain-knit/no-stitch/' list
+  sed 's/plain-knit/no-stitch/' list >bad
+  refuses STITCH_UNKNOWN 'bad: line 2' selvedge make --list bad
+  sed -i '2s/$/ --bytes 100/' list
   exits 1 selvedge make --list list --json
-  holds 'r.failed === 1 && r.made === 1 && r.fabrics[0].error.code === "STITCH_UNKNOWN"'
+  holds 'r.failed === 1 && r.made === 1 && r.fabrics[0].error.code === "OPTION_OUT_OF_RANGE"'
+}
+
+test_what_has_not_changed_is_kept() {
+  list
+  exits 0 selvedge make --list list --if-changed --json
+  holds 'r.made === 2 && r.kept === 0'
+  echo >>'own stitch.json'
+  exits 0 selvedge make --list list --if-changed --json
+  holds 'r.made === 1 && r.kept === 1 && r.fabrics[0].kept'
+  write_quad quad.gltf
+  local run
+  for run in false true; do
+    exits 0 selvedge dress quad.gltf red.fabric.exr -o quad.glb --all --if-changed --json
+    holds "(r.kept === true) === $run"
+    exits 0 selvedge-view render quad.glb -o 'q-{frame}.png' --turntable 2 --size 40x30 --if-changed --json
+    holds "(r.kept === true) === $run"
+  done
+  exits 0 selvedge-view render quad.glb -o 'q-{frame}.png' --turntable 2 --size 40x31 --if-changed --json
+  holds 'r.kept === undefined'
 }
 
 test_a_fabric_is_made_again_by_its_recipe() {

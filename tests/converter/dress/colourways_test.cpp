@@ -70,8 +70,10 @@ TEST_CASE("dress: a colourway that is brighter than the fabric is told, and has 
   pale.check();
   check_near(pale.worn_in("white").garment_textures.tint, V3f(2, 4, 8));
   CHECK(pale.worn_in("white").base_color.z == 1);
-  REQUIRE(bright.warnings.size() == 1);
-  CHECK(bright.warnings[0].find("variant \"white\" is brighter than the fabric") == 0);
+  CHECK(bright.warnings.empty());
+  REQUIRE(bright.issues.size() == 1);
+  CHECK(bright.issues[0].code == Code::variant_unreached);
+  CHECK(bright.issues[0].place == "variant \"white\"");
   CHECK(tint_for_color(V3f(1, 0.5F, 0), V3f(0, 1, 0)) == V3f(16, 0.5F, 0));
 }
 
