@@ -58,11 +58,15 @@ Json bake_json(const BakeReport& r, const std::string& output) {
                {"referenceHeight", r.reference_height},
                {"indirect", name_of(r.indirect)},
                {"remarks", r.remarks}});
+  if (r.rest_steps > 0) json["rest"] = {{"steps", r.rest_steps}, {"residual", r.rest_residual}};
   return json;
 }
 
 std::string bake_text(const Json& bake) {
   return fill_pattern("baked in {seconds:.1f} s, {samples} samples, noise {noise:.2g}", bake) +
+         (bake.contains("rest")
+              ? fill_pattern(", at rest after {steps} steps, residual {residual:.1g}", bake["rest"])
+              : "") +
          (bake.contains("output") ? fill_pattern(" -> {output} ({bytes} bytes)\n", bake) : "\n");
 }
 
@@ -300,6 +304,10 @@ Baked bake_cell(const MakeCommand& command) {
   const std::string text = provenance.dump(-1, ' ', false, Json::error_handler_t::replace);
   auto baked = value_or_throw(cell.yarn ? bake(*cell.yarn, command.input, options, text, progress.callback())
                                         : bake(cell.mesh, command.input, options, text, progress.callback()));
+  if (cell.stitch) {
+    baked.report.rest_steps = cell.stitch->rest_steps;
+    baked.report.rest_residual = cell.stitch->rest_residual;
+  }
   // After the work, so that an error is a single line.
   report_remarks(common, command.input, cell.remarks);
   report_remarks(common, command.input, baked.report.remarks);

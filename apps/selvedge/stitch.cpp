@@ -72,16 +72,25 @@ Result<int> list_stitches(const StitchCommand& command) {
   return 0;
 }
 
+/// Adds how a knit came to rest.
+std::string rest_text(const FoundStitch& stitch, Json& json) {
+  if (stitch.rest_steps == 0) return "";
+  json["rest"] = {{"steps", stitch.rest_steps}, {"residual", stitch.rest_residual}};
+  return fill_pattern(", at rest after {steps} steps, residual {residual:.1g}", json["rest"]);
+}
+
 Result<int> write_description(const StitchCommand& command) {
   const auto stitch = value_or_throw(find_stitch(command.input, command.cell.settings));
   value_or_throw(write_file(command.output, to_json(stitch.pattern)));
-  const Json json{{"stitch", stitch.pattern.name},
-                  {"output", command.output},
-                  {"yarns", stitch.pattern.yarns.size()},
-                  {"thicknessFraction", stitch.thickness_fraction},
-                  {"remarks", stitch.remarks}};
+  Json json{{"stitch", stitch.pattern.name},
+            {"output", command.output},
+            {"yarns", stitch.pattern.yarns.size()},
+            {"thicknessFraction", stitch.thickness_fraction},
+            {"remarks", stitch.remarks}};
+  const std::string rest = rest_text(stitch, json);
   report(command.common, "stitch", json,
-         fill_pattern("{stitch}: {yarns} yarns -> {output}\n", json) + lines_text(json["remarks"], "  {}"));
+         fill_pattern("{stitch}: {yarns} yarns", json) + rest + " -> " + command.output + "\n" +
+             lines_text(json["remarks"], "  {}"));
   return 0;
 }
 
@@ -123,6 +132,7 @@ Result<int> run(const StitchCommand& command) {
     text += fmt::format(", {:.0f} g/m2, {:.1f} mm thick, {:.0f} tex, cover {:.3f} ({:.3f} with hairs)",
                         numbers.weight_g_per_m2, numbers.thickness_mm, numbers.tex.front(),
                         numbers.cover_fraction, numbers.cover_fraction_with_hairs);
+    text += rest_text(*cell.stitch, json);
     if (numbers.tightness > 0) text += fmt::format(", tightness {:.1f}", numbers.tightness);
   } else {
     const MeshChoices& c = *cell.choices;

@@ -53,12 +53,14 @@ nlohmann::ordered_json to_json(const StitchInfo& info);
 /// A stitch and remarks on it.
 struct FoundStitch {
   StitchPattern pattern;
-  V2i min_texels{1, 1};                ///< of a fabric that resolves every yarn; 1: no minimum
-  double thickness_fraction = 1;       ///< thickness of its yarns, as a fraction of the stated one
-  int repeats = 1;                     ///< of the stitch, each way, that the pattern holds
-  int stitch_count = 0;                ///< of a knit, in the pattern
-  int wales = 0;                       ///< the same: columns of stitches
-  V2d plain_mm{0, 0};                  ///< of a knit: a stitch of plain knit of its yarn, the gauge
+  V2i min_texels{1, 1};           ///< of a fabric that resolves every yarn; 1: no minimum
+  double thickness_fraction = 1;  ///< thickness of its yarns, as a fraction of the stated one
+  int repeats = 1;                ///< of the stitch, each way, that the pattern holds
+  int stitch_count = 0;           ///< of a knit, in the pattern
+  int wales = 0;                  ///< the same: columns of stitches
+  V2d plain_mm{0, 0};             ///< of a knit: a stitch of plain knit of its yarn, the gauge
+  int rest_steps = 0;             ///< of a knit: to its rest, and what the last ones freed (RelaxResult)
+  double rest_residual = 0;
   std::vector<std::string> remarks{};  ///< choices, omissions and faults, one line each
   std::string file_text{};             ///< of its file; empty of a built-in stitch
 };
