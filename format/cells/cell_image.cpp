@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <tuple>
+#include <utility>
 
 #include "format/cells/cell_shading.h"
 #include "format/fabric/lifted.h"
@@ -377,40 +378,49 @@ bool reaches(const YarnPieces& pieces, std::int32_t hair, const CellYarn& yarn, 
   return true;
 }
 
-/// Means of what hairs send to the viewer: [hair][plane]. Hairs that are not shown are
-/// black.
-void shade_hairs(const ShadingJob& job, const V2f& slope, std::vector<Group>& colours) {
+/// Lists the hairs of `ranges` that reach an image's window.
+void find_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const CellSize& size,
+                std::span<const PieceRange> ranges, std::vector<SeenHair>& hairs) {
+  hairs.clear();
+  std::uint32_t k = 0;
+  for (const auto& [begin, end] : ranges) {
+    for (std::int32_t piece = begin; piece < end; ++piece, ++k) {
+      const Yarns::Segment& s = pieces.segments[piece];
+      const float radius = std::min(std::max(view.ray_width / 2, s.radius), s.bounding_radius);
+      if (s.radius > radius * s.hair_threshold && reaches(pieces, piece, yarn, view.slope, size, radius))
+        hairs.push_back({piece, k, radius});
+    }
+  }
+}
+
+/// Means of what hairs send to the viewer: [hair of the ranges][plane], of `count` hairs. Those that are not
+/// shown are black. `once`: at one point each.
+void shade_hairs(const ShadingJob& job, std::span<const SeenHair> hairs, std::size_t count, bool once,
+                 std::vector<Group>& colours) {
   const YarnPieces& pieces = job.pieces;
-  const auto hairs = static_cast<std::size_t>(pieces.count() - pieces.ply_piece_count);
-  colours.assign(hairs * job.view.plane_count, Group{});
+  colours.assign(count * job.view.plane_count, Group{});
   const V3f viewer = clamp_rise(job.view.view);
-  const bool once = job.view.shading_block_size > 1;
   ShadingBatch batch{};
   const auto flush = [&] {
     shade(job, batch, colours.data());
     batch.count = 0;
   };
-  for (std::size_t k = 0; k < hairs; ++k) {
-    const auto piece = static_cast<std::int32_t>(pieces.ply_piece_count + k);
-    const Yarns::Segment& s = pieces.segments[piece];
-    const float radius = std::min(std::max(job.sample_width / 2, s.radius), s.bounding_radius);
-    if (!(s.radius > radius * s.hair_threshold) ||
-        !reaches(pieces, piece, job.yarn, slope, job.view.size, radius))
-      continue;
+  for (const auto& [piece, k, radius] : hairs) {
     const V3f axis(pieces.numbers[YarnPieces::axis_x][piece], pieces.numbers[YarnPieces::axis_y][piece],
                    pieces.numbers[YarnPieces::axis_z][piece]);
     const V3f across = axis.cross(viewer).normalized();
     // Two points of the visible half, as Gauss' rule places them; neighbours differ little.
     const float beside = std::sqrt(1.0F / 3);
     for (const float sign : {-beside, beside}) {
-      if (once && (sign > 0) == (k % 2 == 0)) continue;
-      const V3f at = s.along * 0.5F + (across.cross(axis) * std::sqrt(2.0F / 3) + across * sign) * radius;
+      if (once && (sign > 0) == (piece % 2 == pieces.ply_piece_count % 2)) continue;
+      const V3f at = pieces.segments[piece].along * 0.5F +
+                     (across.cross(axis) * std::sqrt(2.0F / 3) + across * sign) * radius;
       const std::size_t i = batch.count++;
       batch.x[i] = at.x;
       batch.y[i] = at.y;
       batch.z[i] = at.z;
       batch.piece[i] = piece;
-      batch.texel[i] = static_cast<std::uint32_t>(k);
+      batch.texel[i] = k;
       if (batch.count == ShadingBatch::capacity) flush();
     }
   }
@@ -418,33 +428,53 @@ void shade_hairs(const ShadingJob& job, const V2f& slope, std::vector<Group>& co
   for (Group& colour : colours) {
     for (float& value : colour) value *= once ? 1.0F : 0.5F;
   }
-  for (std::size_t k = 0; k < hairs; ++k) colours[k * job.view.plane_count][3] = 1;
+  for (std::size_t k = 0; k < count; ++k) colours[k * job.view.plane_count][3] = 1;
 }
 
-/// Flags the stations of light that pieces in sight, and hairs, ask for.
-void want_stations(const CellYarn& yarn, const YarnPieces& pieces, const DepthGrid& seen, bool hairs,
-                   std::vector<std::uint8_t>& wanted) {
-  const YarnData& data = yarn.yarns().data();
-  const std::span<const int> first_station = yarn.yarns().geometry().first_station;
-  std::vector<std::uint8_t> is_seen(pieces.segments.size());
-  for (int row = 0; row < seen.height; ++row) {
-    const std::size_t begin = static_cast<std::size_t>(row) * seen.stride;
-    for (std::size_t i = begin; i < begin + seen.width; ++i)
-      if (seen.z[i] > no_depth) is_seen[seen.piece[i]] = 1;
+/// Collects the stations of light that pieces in sight ask for.
+class StationMarks {
+ public:
+  StationMarks(const ShadingJob& job, CellScratch& scratch)
+      : job_(job),
+        data_(job.yarn.yarns().data()),
+        first_station_(job.yarn.yarns().geometry().first_station),
+        scratch_(scratch) {
+    ++scratch_.image;
+    const std::size_t stations = data_.station_light.size() / light_values_per_station;
+    const auto grow = [](std::vector<std::uint32_t>& marks, std::size_t size) {
+      if (marks.size() < size) marks.resize(size);
+    };
+    grow(scratch_.marked_pieces, job.pieces.segments.size());
+    grow(scratch_.marked_stations, stations);
+    scratch_.stations.clear();
   }
-  if (hairs) std::fill(is_seen.begin() + pieces.ply_piece_count, is_seen.end(), std::uint8_t{1});
-  wanted.assign(data.station_light.size() / light_values_per_station, 0);
-  for (std::size_t i = 0; i < is_seen.size(); ++i) {
-    if (is_seen[i] == 0) continue;
-    const Yarns::Segment& s = pieces.segments[i];
-    const int count = data.curves[s.curve].stations;
+  void add_seen(const DepthGrid& seen) {
+    for (int row = 0; row < seen.height; ++row) {
+      const std::size_t begin = static_cast<std::size_t>(row) * seen.stride;
+      for (std::size_t i = begin; i < begin + seen.width; ++i)
+        if (seen.z[i] > no_depth) add(seen.piece[i]);
+    }
+  }
+  void add(std::int32_t piece) {
+    if (std::exchange(scratch_.marked_pieces[piece], scratch_.image) == scratch_.image) return;
+    const Yarns::Segment& s = job_.pieces.segments[piece];
+    const int count = data_.curves[s.curve].stations;
     // A point's place along its piece lies between -1/4 and 5/4.
     const int first = static_cast<int>(std::floor(s.start_station - 0.25F * s.station_span));
     const int last = static_cast<int>(std::floor(s.start_station + 1.25F * s.station_span)) + 1;
-    for (int k = first; k <= std::min(last, first + count); ++k)
-      wanted[first_station[s.curve] + (k % count + count) % count] = 1;
+    for (int k = first; k <= std::min(last, first + count); ++k) {
+      const auto station = static_cast<std::uint32_t>(first_station_[s.curve] + (k % count + count) % count);
+      if (std::exchange(scratch_.marked_stations[station], scratch_.image) != scratch_.image)
+        scratch_.stations.push_back(station);
+    }
   }
-}
+
+ private:
+  const ShadingJob& job_;
+  const YarnData& data_;
+  std::span<const int> first_station_;
+  CellScratch& scratch_;
+};
 
 /// Adds the yarn to the samples of an image.
 void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, CellScratch& scratch) {
@@ -453,22 +483,34 @@ void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, 
   const YarnPieces& pieces = shown_pieces(yarn, view);
   const V2f slope = ray_slope(view.view);
   scratch.depths.resize(view.size, true);
-  // Thin hairs cover fractions of samples; wide ones have a lit and a dark side.
   const float sample =
       pixel / static_cast<float>(std::max(view.size.pixel_samples.x, view.size.pixel_samples.y));
-  const bool lines =
-      view.has_hairs && pieces.count() > pieces.ply_piece_count && pieces.thickest_hair_radius < sample;
-  splat(yarn, pieces, {slope, width, view.has_hairs && !lines}, scratch.depths);
+  const SplatView seen_from{slope, width, view.has_hairs};
+  ShownPieces& shown = scratch.shown;
+  find_pieces(yarn, pieces, seen_from, scratch.depths, shown);
+  splat(yarn, pieces, seen_from, shown.plies, scratch.depths);
+  // Thin hairs cover fractions of samples; wide ones have a lit and a dark side.
+  const bool lines = pieces.thickest_hair_radius < sample;
+  if (!lines) splat(yarn, pieces, seen_from, shown.hairs, scratch.depths);
   const std::vector<FrontLamp> lamps = make_front_lamps(yarn, view, pixel, shadows);
-  scratch.needed_stations.clear();
-  if (!view.size.is_whole()) want_stations(yarn, pieces, scratch.depths, lines, scratch.needed_stations);
-  const std::vector<LightSlot> slots =
-      fill_station_table(yarn, view, scratch.needed_stations, scratch.has_table, scratch.station_table);
-  const ShadingJob job{yarn, pieces, view, lamps, slots, scratch.station_table, width};
+  const std::vector<LightSlot> slots = light_slots(yarn, view);
+  ShadingJob job{yarn, pieces, view, lamps, slots, {}, width};
+  scratch.seen_hairs.clear();
+  if (lines) find_hairs(yarn, pieces, seen_from, view.size, shown.hairs, scratch.seen_hairs);
+  if (!view.size.is_whole()) {
+    StationMarks marks(job, scratch);
+    marks.add_seen(scratch.depths);
+    for (const SeenHair& hair : scratch.seen_hairs) marks.add(hair.piece);
+  }
+  if (!scratch.has_table)
+    fill_station_table(yarn, view, view.size.is_whole() ? nullptr : &scratch.stations, scratch.station_table);
+  job.station_table = scratch.station_table;
   PointShader(job, slope, scratch.depths, scratch).shade_all();
-  if (lines) {
-    shade_hairs(job, slope, scratch.hairs);
-    blend_hairs(yarn, pieces, {slope, width, true}, scratch.depths, scratch.hairs, scratch.samples);
+  if (lines && !shown.hairs.empty()) {
+    const bool once = view.shading_block_size > 1 ||
+                      (yarn.has_large_cell() && 2 * scratch.seen_hairs.size() > view.size.count());
+    shade_hairs(job, scratch.seen_hairs, shown.hair_count(), once, scratch.hairs);
+    blend_hairs(yarn, pieces, seen_from, scratch.depths, shown.hairs, scratch.hairs, scratch.samples);
   }
 }
 

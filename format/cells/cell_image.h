@@ -57,16 +57,28 @@ struct CellImage {
   std::size_t bytes() const { return texels.size() * sizeof(CellTexel) + heights.size(); }
 };
 
+/// A hair that an image shows.
+struct SeenHair {
+  std::int32_t piece = 0;
+  std::uint32_t number = 0;  ///< in the ranges of those that it may show
+  float radius = 0;          ///< as its rays see it, mm
+};
+
 /// Memory that calls reuse; one per thread.
 struct CellScratch {
   DepthGrid depths;
   std::vector<Group> station_table;  ///< [station][angle function][slot]
   bool has_table = false;            ///< of the view's lamps already, and of no window
   std::vector<Group> samples;        ///< [row][column][plane]: radiance, opacity
-  std::vector<Group> hairs;          ///< [hair][plane]: radiance, opacity
+  ShownPieces shown;
+  std::vector<SeenHair> seen_hairs;
+  std::vector<Group> hairs;  ///< [hair of `shown`][plane]: radiance, opacity
   std::vector<Group> row_sums, pixel_sums;
   std::vector<std::uint32_t> shading_source_indices;  ///< of samples: the one whose light they show
-  std::vector<std::uint8_t> needed_stations;          ///< stations of light
+  /// Pieces and stations that an image has marked, by its number.
+  std::uint32_t image = 0;
+  std::vector<std::uint32_t> marked_pieces, marked_stations;
+  std::vector<std::uint32_t> stations;  ///< of light, that the image asks for
 };
 
 /// The pieces of yarn that an image shows.

@@ -55,28 +55,42 @@ template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> visibility_of_lamp(const FrontLamp& lamp, const WideVec3<N>& p, float plane,
                                                 const V2f& period) {
   using Wide = WideFloat<N>;
-  const DepthGrid& grid = lamp.shadow->grid;
-  const Wide width(static_cast<float>(grid.width));
-  const Wide height(static_cast<float>(grid.height));
+  const CellShadow& shadow = *lamp.shadow;
+  const Wide width(static_cast<float>(shadow.texels().x));
+  const Wide height(static_cast<float>(shadow.texels().y));
   const Wide above = p.z - Wide(plane);
-  const Wide x =
-      (p.x - above * Wide(lamp.slope.x)) * Wide(static_cast<float>(grid.width) / period.x) - Wide(0.5F);
-  const Wide y =
-      (p.y - above * Wide(lamp.slope.y)) * Wide(static_cast<float>(grid.height) / period.y) - Wide(0.5F);
+  const Wide x = (p.x - above * Wide(lamp.slope.x)) * Wide(static_cast<float>(shadow.texels().x) / period.x) -
+                 Wide(0.5F);
+  const Wide y = (p.y - above * Wide(lamp.slope.y)) * Wide(static_cast<float>(shadow.texels().y) / period.y) -
+                 Wide(0.5F);
   const Wide in_x = min(max(x - floor(x / width) * width, Wide(0)), width - Wide(1e-3F));
   const Wide in_y = min(max(y - floor(y / height) * height, Wide(0)), height - Wide(1e-3F));
   const Wide column = floor(in_x);
   const Wide row = floor(in_y);
-  const Wide next_row = if_greater(row + Wide(1.5F), height, Wide(0), row + Wide(1));
-  std::int32_t here[N];   // NOLINT(modernize-avoid-c-arrays): written as whole vectors
+  std::int32_t tiles[N];  // NOLINT(modernize-avoid-c-arrays): written as whole vectors
+  std::int32_t here[N];   // NOLINT(modernize-avoid-c-arrays)
   std::int32_t below[N];  // NOLINT(modernize-avoid-c-arrays)
-  const Wide stride(static_cast<float>(grid.stride));
-  store_whole(row * stride + column, here);
-  store_whole(next_row * stride + column, below);
-  const float* const z = grid.z.data();
+  const bool is_tiled = shadow.tiles() != V2i(1, 1);
+  Wide column_of_tile = column;
+  Wide row_of_tile = row;
+  if (is_tiled) {
+    const V2f size(shadow.tile_texels());
+    const Wide tile_x = floor((column + Wide(0.5F)) * Wide(1 / size.x));
+    const Wide tile_y = floor((row + Wide(0.5F)) * Wide(1 / size.y));
+    column_of_tile = column - tile_x * Wide(size.x);
+    row_of_tile = row - tile_y * Wide(size.y);
+    store_whole(tile_y * Wide(static_cast<float>(shadow.tiles().x)) + tile_x, tiles);
+  }
+  const Wide next_row = if_greater(row_of_tile + Wide(1.5F), Wide(static_cast<float>(shadow.rows())), Wide(0),
+                                   row_of_tile + Wide(1));
+  const Wide stride(static_cast<float>(shadow.stride()));
+  store_whole(row_of_tile * stride + column_of_tile, here);
+  store_whole(next_row * stride + column_of_tile, below);
+  const float* z = is_tiled ? nullptr : shadow.depths(0);
   Group around[N];         // NOLINT(modernize-avoid-c-arrays)
   const Group* groups[N];  // NOLINT(modernize-avoid-c-arrays)
   for (std::size_t i = 0; i < N; ++i) {
+    if (is_tiled) z = shadow.depths(tiles[i]);
     const Quad two_rows = __builtin_shufflevector(two_at(z + here[i]), two_at(z + below[i]), 0, 1, 2, 3);
     std::memcpy(&around[i], &two_rows, sizeof two_rows);
     groups[i] = &around[i];
@@ -411,20 +425,41 @@ SELVEDGE_INLINE void shade_batch(const ShadingJob& job, const ShadingBatch& batc
 SELVEDGE_THREE_BODIES(shade_batch, (const ShadingJob& job, const ShadingBatch& batch, Group* raw),
                       (job, batch, raw))
 
-/// Light of all stations: for angle function i, the sum over light functions of c_ik B_k.
-void add_slot(std::span<const float> coefficients, const std::array<V3f, yarn_light_function_count>& basis,
-              std::span<const std::uint8_t> wanted, std::size_t columns, std::size_t slot,
-              std::vector<Group>& table) {
-  const std::size_t stations = coefficients.size() / light_values_per_station;
-  for (std::size_t row = 0; row < stations * angle_function_count; ++row) {
-    if (!wanted.empty() && wanted[row / angle_function_count] == 0) continue;
-    const float* c = &coefficients[row / angle_function_count * light_values_per_station +
-                                   row % angle_function_count * 3 * yarn_light_function_count];
+using LightBasis = std::array<V3f, yarn_light_function_count>;
+
+/// Light of a station: for angle function i, the sum over light functions of c_ik B_k.
+void set_slot(const float* coefficients, const LightBasis& basis, std::size_t columns, Group* to) {
+  for (int row = 0; row < angle_function_count; ++row) {
+    const float* const c = coefficients + row * 3 * yarn_light_function_count;
     Quad sum{};
     for (int k = 0; k < yarn_light_function_count; ++k)
       sum += Quad{c[3 * k] * basis[k].x, c[3 * k + 1] * basis[k].y, c[3 * k + 2] * basis[k].z, 0};
-    std::memcpy(&table[row * columns + slot], &sum, sizeof sum);
+    std::memcpy(&to[row * columns], &sum, sizeof sum);
   }
+}
+
+struct LightSource {
+  LightSlot slot;
+  std::span<const float> coefficients;
+  LightBasis basis;
+};
+
+std::vector<LightSource> light_sources(const CellYarn& yarn, const CellView& view) {
+  const YarnData& data = yarn.yarns().data();
+  std::vector<LightSource> sources;
+  for (const CellLamp& lamp : view.lamps) {
+    const bool behind = !(lamp.direction.z > 0);
+    if (behind && (data.light_through.empty() || !(lamp.direction.z < 0))) continue;
+    const std::array<float, yarn_light_function_count> basis =
+        light_basis(V3f(lamp.direction.x, lamp.direction.y, std::abs(lamp.direction.z)));
+    LightSource& source = sources.emplace_back();
+    source.slot = {lamp.plane, behind ? LightSlot::behind : LightSlot::front};
+    source.coefficients = behind ? data.light_through : data.station_light;
+    for (int k = 0; k < yarn_light_function_count; ++k) source.basis[k] = lamp.irradiance * basis[k];
+  }
+  if (view.environment && !yarn.sky_transfer().empty())
+    sources.push_back({{0, LightSlot::sky}, yarn.sky_transfer(), view.environment->coefficients});
+  return sources;
 }
 
 /// Texels of the shadow grid, and least fraction of the period, by which points leave the yarn before they
@@ -434,40 +469,29 @@ constexpr float min_bias = 0.003F;
 
 }  // namespace
 
-std::vector<LightSlot> fill_station_table(const CellYarn& yarn, const CellView& view,
-                                          std::span<const std::uint8_t> wanted, bool filled,
-                                          std::vector<Group>& table) {
-  const YarnData& data = yarn.yarns().data();
+std::vector<LightSlot> light_slots(const CellYarn& yarn, const CellView& view) {
   std::vector<LightSlot> slots;
-  std::vector<std::pair<std::span<const float>, std::array<V3f, yarn_light_function_count>>> sources;
-  for (const CellLamp& lamp : view.lamps) {
-    const bool behind = !(lamp.direction.z > 0);
-    if (behind && (data.light_through.empty() || !(lamp.direction.z < 0))) continue;
-    const std::array<float, yarn_light_function_count> basis =
-        light_basis(V3f(lamp.direction.x, lamp.direction.y, std::abs(lamp.direction.z)));
-    auto& [from, factors] = sources.emplace_back();
-    from = behind ? data.light_through : data.station_light;
-    for (int k = 0; k < yarn_light_function_count; ++k) factors[k] = lamp.irradiance * basis[k];
-    slots.push_back({lamp.plane, behind ? LightSlot::behind : LightSlot::front});
-  }
-  if (view.environment && !yarn.sky_transfer().empty()) {
-    auto& [from, factors] = sources.emplace_back();
-    from = yarn.sky_transfer();
-    factors = view.environment->coefficients;
-    slots.push_back({0, LightSlot::sky});
-  }
-  if (filled) return slots;
-  const std::size_t columns = slots.size() + 1;
-  const std::size_t stations = data.station_light.size() / light_values_per_station;
-  table.resize(stations * angle_function_count * columns);
-  for (std::size_t slot = 0; slot < slots.size(); ++slot)
-    add_slot(sources[slot].first, sources[slot].second, wanted, columns, slot, table);
-  for (std::size_t row = 0; row < stations * angle_function_count; ++row) {
-    const float* moments = &data.station_light[row / angle_function_count * light_values_per_station +
-                                               transfer_values_per_station + row % angle_function_count];
-    table[row * columns + slots.size()] = {moments[0], moments[angle_function_count], 0, 0};
-  }
+  for (const LightSource& source : light_sources(yarn, view)) slots.push_back(source.slot);
   return slots;
+}
+
+void fill_station_table(const CellYarn& yarn, const CellView& view,
+                        const std::vector<std::uint32_t>* stations, std::vector<Group>& table) {
+  const std::vector<LightSource> sources = light_sources(yarn, view);
+  const std::size_t columns = sources.size() + 1;
+  const std::vector<float>& light = yarn.yarns().data().station_light;
+  const std::size_t count = light.size() / light_values_per_station;
+  table.resize(count * angle_function_count * columns);
+  for (std::size_t i = 0; i < (stations != nullptr ? stations->size() : count); ++i) {
+    const std::size_t station = stations != nullptr ? (*stations)[i] : i;
+    Group* const to = &table[station * angle_function_count * columns];
+    const std::size_t first = station * light_values_per_station;
+    for (std::size_t slot = 0; slot < sources.size(); ++slot)
+      set_slot(&sources[slot].coefficients[first], sources[slot].basis, columns, to + slot);
+    const float* const moments = &light[first + transfer_values_per_station];
+    for (int row = 0; row < angle_function_count; ++row)
+      to[row * columns + sources.size()] = {moments[row], moments[angle_function_count + row], 0, 0};
+  }
 }
 
 std::vector<FrontLamp> make_front_lamps(const CellYarn& yarn, const CellView& view, float pixel,
@@ -482,7 +506,7 @@ std::vector<FrontLamp> make_front_lamps(const CellYarn& yarn, const CellView& vi
                                       view.shadow_texels_per_pixel / view.rays_per_pixel_side,
                                       view.has_hairs && view.hair_shadows});
     lamps.push_back({clamp_rise(lamp.direction), lamp.irradiance,
-                     std::min(1.0F, lamp.direction.z / min_ray_rise), lamp.plane, shadow->slope, shadow,
+                     std::min(1.0F, lamp.direction.z / min_ray_rise), lamp.plane, shadow->slope(), shadow,
                      shadow_bias * std::max(shadow->texel_width, min_bias * std::min(period.x, period.y))});
   }
   return lamps;

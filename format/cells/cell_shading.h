@@ -55,11 +55,11 @@ struct ShadingBatch {
   std::array<std::uint32_t, capacity> texel;
 };
 
-/// Fills the table, [station][angle function][slot], unless it is `filled`, of the stations that `wanted`
-/// flags, or of all if it is empty, and names its slots; one more has the moments.
-std::vector<LightSlot> fill_station_table(const CellYarn& yarn, const CellView& view,
-                                          std::span<const std::uint8_t> wanted, bool filled,
-                                          std::vector<Group>& table);
+/// Names the slots of light. The table has one more, with the moments.
+std::vector<LightSlot> light_slots(const CellYarn& yarn, const CellView& view);
+/// Fills the table, [station][angle function][slot], of some stations, or of all.
+void fill_station_table(const CellYarn& yarn, const CellView& view,
+                        const std::vector<std::uint32_t>* stations, std::vector<Group>& table);
 /// The lamps before the cell, with their shadows. `pixel`: its width, mm.
 std::vector<FrontLamp> make_front_lamps(const CellYarn& yarn, const CellView& view, float pixel,
                                         CellShadows& shadows);

@@ -179,7 +179,7 @@ SELVEDGE_INLINE void each_copy(float low, float high, int begin, int count, int 
   if (!(low <= high)) return;  // then an end may lie beyond what integers hold
   const auto first = static_cast<int>(std::ceil(low));
   const auto last = static_cast<int>(std::floor(high));
-  while (begin > first) begin -= period;
+  while (begin + count - period > first) begin -= period;
   while (begin + count <= first) begin += period;
   for (; begin <= last; begin += period) {
     const int from = std::max(first, begin);
@@ -319,46 +319,87 @@ SELVEDGE_INLINE void blend(const float (*fields)[N], int i, std::span<const Grou
 
 template <std::size_t N>
 SELVEDGE_INLINE void splat_pieces(const YarnPieces& pieces, const V2f& period, float plane,
-                                  const SplatView& view, DepthGrid& grid) {
+                                  const SplatView& view, std::span<const PieceRange> ranges,
+                                  DepthGrid& grid) {
   const V2f texel = period / V2f(grid.period);
-  const int count = view.has_hairs ? pieces.count() : pieces.ply_piece_count;
   alignas(64) float fields[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
-  for (int base = 0; base < count; base += static_cast<int>(N)) {
-    if (!set_up<N>(pieces, base, period, plane, view, texel, fields)) continue;
-    const int lanes = std::min(static_cast<int>(N), count - base);
-    for (int i = 0; i < lanes; ++i) {
-      if (!(fields[shown][i] > 0)) continue;
-      if (grid.piece.empty())
-        draw<N, false>(fields, i, base + i, grid);
-      else
-        draw<N, true>(fields, i, base + i, grid);
+  for (const auto& [begin, end] : ranges) {
+    for (int base = begin; base < end; base += static_cast<int>(N)) {
+      if (!set_up<N>(pieces, base, period, plane, view, texel, fields)) continue;
+      const int lanes = std::min(static_cast<int>(N), end - base);
+      for (int i = 0; i < lanes; ++i) {
+        if (!(fields[shown][i] > 0)) continue;
+        if (grid.piece.empty())
+          draw<N, false>(fields, i, base + i, grid);
+        else
+          draw<N, true>(fields, i, base + i, grid);
+      }
     }
   }
 }
 SELVEDGE_THREE_BODIES(splat_pieces,
                       (const YarnPieces& pieces, const V2f& period, float plane, const SplatView& view,
-                       DepthGrid& grid),
-                      (pieces, period, plane, view, grid))
+                       std::span<const PieceRange> ranges, DepthGrid& grid),
+                      (pieces, period, plane, view, ranges, grid))
 
 template <std::size_t N>
 SELVEDGE_INLINE void blend_pieces(const YarnPieces& pieces, const V2f& period, float plane,
                                   const SplatView& view, const DepthGrid& seen,
-                                  std::span<const Group> colours, std::span<Group> raw) {
+                                  std::span<const PieceRange> hairs, std::span<const Group> colours,
+                                  std::span<Group> raw) {
   const V2f texel = period / V2f(seen.period);
   alignas(64) float fields[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
-  for (int base = pieces.ply_piece_count; base < pieces.count(); base += static_cast<int>(N)) {
-    if (!set_up<N>(pieces, base, period, plane, view, texel, fields)) continue;
-    for (int i = 0; i < std::min(static_cast<int>(N), pieces.count() - base); ++i) {
-      if (fields[shown][i] > 0) blend<N>(fields, i, colours, seen, base + i - pieces.ply_piece_count, raw);
+  std::size_t hair = 0;
+  for (const auto& [begin, end] : hairs) {
+    for (int base = begin; base < end; base += static_cast<int>(N)) {
+      const int lanes = std::min(static_cast<int>(N), end - base);
+      const bool any = set_up<N>(pieces, base, period, plane, view, texel, fields);
+      for (int i = 0; i < lanes; ++i, ++hair) {
+        if (any && fields[shown][i] > 0) blend<N>(fields, i, colours, seen, hair, raw);
+      }
     }
   }
 }
 SELVEDGE_THREE_BODIES(blend_pieces,
                       (const YarnPieces& pieces, const V2f& period, float plane, const SplatView& view,
-                       const DepthGrid& seen, std::span<const Group> colours, std::span<Group> raw),
-                      (pieces, period, plane, view, seen, colours, raw))
+                       const DepthGrid& seen, std::span<const PieceRange> hairs,
+                       std::span<const Group> colours, std::span<Group> raw),
+                      (pieces, period, plane, view, seen, hairs, colours, raw))
 
-constexpr int columns_behind = 16;
+/// Windows of rays that stand for `width` mm, along one axis.
+class WindowAxis {
+ public:
+  WindowAxis(float period, int texels, int first, int count, float slope, float plane)
+      : period_(period), slope_(slope), plane_(plane) {
+    const float texel = period / static_cast<float>(texels);
+    // Lines of hairs reach half a texel farther, and numbers are rounded.
+    begin_ = (static_cast<float>(first) - 1) * texel;
+    length_ = (static_cast<float>(count) + 2) * texel;
+  }
+  /// Whether the rays may pass a box that is `wider` at its ends.
+  bool meets(float low, float high, float low_z, float high_z, float wider) const {
+    const float lifted = std::max(slope_ * (low_z - plane_), slope_ * (high_z - plane_));
+    const float lowered = std::min(slope_ * (low_z - plane_), slope_ * (high_z - plane_));
+    const float beside = wider * (1 + std::abs(slope_));
+    const float from = low - lifted - beside;
+    const float to = high - lowered + beside;
+    if (to - from + length_ >= period_) return true;
+    const float after = from - begin_;
+    const float at = after - std::floor(after / period_) * period_;
+    return at <= length_ || at + (to - from) >= period_;
+  }
+
+ private:
+  float period_, slope_, plane_, begin_ = 0, length_ = 0;
+};
+
+void append(const PieceRange& range, std::vector<PieceRange>& to) {
+  if (!to.empty() && to.back().end == range.begin)
+    to.back().end = range.end;
+  else
+    to.push_back(range);
+}
+
 static_assert(columns_behind <= min_cell_texels);
 
 }  // namespace
@@ -368,7 +409,7 @@ void DepthGrid::resize(const CellSize& size, bool with_pieces) {
   window_origin = size.window_origin;
   width = size.rendered_samples().x;
   height = size.rendered_samples().y;
-  stride = width + columns_behind;
+  stride = stride_of(width);
   z.assign(static_cast<std::size_t>(stride) * height, no_depth);
   piece.resize(with_pieces ? z.size() : 0);
 }
@@ -378,19 +419,62 @@ V2f ray_slope(const V3f& direction) {
   return {direction.x / rise, direction.y / rise};
 }
 
-void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const DepthGrid& seen,
-                 std::span<const Group> colours, std::span<Group> raw) {
-  static const auto blend_all = blend_pieces_for_this_processor();
-  blend_all(pieces, yarn.yarns().period(), yarn.reference_height(), view, seen, colours, raw);
+int ShownPieces::hair_count() const {
+  int count = 0;
+  for (const PieceRange& range : hairs) count += range.end - range.begin;
+  return count;
 }
 
-void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, DepthGrid& grid) {
+void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view,
+                 const DepthGrid& window, ShownPieces& shown) {
+  shown.plies.clear();
+  shown.hairs.clear();
+  const int last = view.has_hairs ? pieces.count() : pieces.ply_piece_count;
+  const V2f period = yarn.yarns().period();
+  const float plane = yarn.reference_height();
+  const WindowAxis x(period.x, window.period.x, window.window_origin.x, window.width, view.slope.x, plane);
+  const WindowAxis y(period.y, window.period.y, window.window_origin.y, window.height, view.slope.y, plane);
+  const float hair_radius =
+      std::min(std::max(view.ray_width / 2, pieces.thickest_hair_radius), pieces.widest_hair_radius);
+  const float least_radius = std::min(view.ray_width / 2, pieces.min_hair_bound);
+  constexpr float rounding = 1.001F;
+  const auto meets = [&](const YarnPieces::Run& run, bool is_hair) {
+    const float wider = is_hair ? hair_radius : 0;
+    return least_radius < rounding * run.max_width &&
+           x.meets(run.low.x, run.high.x, run.low.z, run.high.z, wider) &&
+           y.meets(run.low.y, run.high.y, run.low.z, run.high.z, wider);
+  };
+  for (const YarnPieces::Run& group : pieces.groups) {
+    const int first = pieces.runs[group.range.begin].range.begin;
+    const bool is_hair = first >= pieces.ply_piece_count;
+    if (first >= last) break;
+    if (!meets(group, is_hair)) continue;
+    for (int i = group.range.begin; i < group.range.end; ++i)
+      if (meets(pieces.runs[i], is_hair)) append(pieces.runs[i].range, is_hair ? shown.hairs : shown.plies);
+  }
+}
+
+void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const DepthGrid& seen,
+                 std::span<const PieceRange> hairs, std::span<const Group> colours, std::span<Group> raw) {
+  static const auto blend_all = blend_pieces_for_this_processor();
+  blend_all(pieces, yarn.yarns().period(), yarn.reference_height(), view, seen, hairs, colours, raw);
+}
+
+void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view,
+           std::span<const PieceRange> ranges, DepthGrid& grid) {
   static const auto draw_all = splat_pieces_for_this_processor();
-  draw_all(pieces, yarn.yarns().period(), yarn.reference_height(), view, grid);
+  draw_all(pieces, yarn.yarns().period(), yarn.reference_height(), view, ranges, grid);
   for (int row = 0; row < grid.height && grid.width == grid.period.x; ++row) {
     const auto begin = grid.z.begin() + static_cast<std::ptrdiff_t>(row) * grid.stride;
     std::copy_n(begin, columns_behind, begin + grid.width);
   }
+}
+
+void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, DepthGrid& grid) {
+  ShownPieces shown;
+  find_pieces(yarn, pieces, view, grid, shown);
+  splat(yarn, pieces, view, shown.plies, grid);
+  splat(yarn, pieces, view, shown.hairs, grid);
 }
 
 }  // namespace selvedge

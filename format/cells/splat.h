@@ -14,6 +14,8 @@
 namespace selvedge {
 
 inline constexpr float no_depth = -1e30F;
+inline constexpr int columns_behind = 16;  ///< of a DepthGrid
+inline int stride_of(int width) { return width + columns_behind; }
 
 /// Depths of a cell or of a window in it; `stride` - `width` columns follow each row, which of a whole cell
 /// repeat its first ones.
@@ -39,15 +41,27 @@ struct SplatView {
   bool has_hairs = true;
 };
 
+/// Pieces that a window may show, in their order: plies, then hairs that rays of a view's width meet.
+struct ShownPieces {
+  std::vector<PieceRange> plies, hairs;
+  int hair_count() const;
+};
+void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view,
+                 const DepthGrid& window, ShownPieces& shown);
+
 /// Slope of rays from a unit direction: rays rise by at least min_ray_rise (lifted.h).
 V2f ray_slope(const V3f& direction);
 
 /// Blends hairs, as lines of their fraction of each texel, over texels whose yarn `seen` has, in the order of
-/// the pieces. `colours`: [hair][plane], radiance; `raw`: [row][column][plane], radiance and opacity.
+/// the pieces. `colours`: [hair of the ranges][plane], radiance; `raw`: [row][column][plane], radiance and
+/// opacity.
 void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const DepthGrid& seen,
-                 std::span<const Group> colours, std::span<Group> raw);
+                 std::span<const PieceRange> hairs, std::span<const Group> colours, std::span<Group> raw);
 
-/// Fills a grid of at least min_cell_texels x min_cell_texels, whose size is set.
+/// Draws pieces into a grid of at least min_cell_texels x min_cell_texels, whose size is set.
+void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view,
+           std::span<const PieceRange> ranges, DepthGrid& grid);
+/// Draws what the grid shows.
 void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, DepthGrid& grid);
 
 }  // namespace selvedge

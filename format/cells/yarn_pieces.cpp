@@ -11,6 +11,9 @@ namespace {
 /// Largest turn along a piece of a ply, 14 degrees: beyond that the splatter's joints leave gaps in bends.
 constexpr float min_turn_cosine = 0.970F;
 constexpr std::size_t padding = 16;
+constexpr std::size_t run_length = 16;  ///< of pieces, and of runs
+constexpr std::size_t segments_of_large_cell = 65536;
+constexpr float hairs_of_place = 128;  ///< hairs of large cells are in the order of places
 
 /// One segment in place of `chain`.
 Yarns::Segment chord(std::span<const Yarns::Segment> chain) {
@@ -41,6 +44,73 @@ std::array<Group, 2> strands_of(const YarnCurve& curve, const V2f& sense, const 
            {static_cast<float>(s.rows.next_first_row), width, some ? sense.x : 0, some ? sense.y : 0}}};
 }
 
+/// Hairs that vanish together are in one vector of the splatter; of large cells those of one place.
+void sort_hairs(const V2f& period, bool is_small, std::vector<Yarns::Segment>& hairs) {
+  const float per_area =
+      is_small ? 0 : static_cast<float>(hairs.size()) / (hairs_of_place * period.x * period.y);
+  const auto place = [&](const Yarns::Segment& s) {
+    V2i at(0, 0);
+    for (int axis = 0; axis < 2 && !is_small; ++axis) {
+      const float places = std::ceil(period[axis] * std::sqrt(per_area));
+      const float middle = (s.start[axis] + s.along[axis] / 2) / period[axis];
+      at[axis] = static_cast<int>((middle - std::floor(middle)) * places);
+    }
+    return std::pair(at.y, at.x);
+  };
+  std::ranges::stable_sort(hairs, {},
+                           [&](const Yarns::Segment& s) { return std::pair(place(s), -min_empty_width(s)); });
+}
+
+/// Adds runs to groups, and pieces to runs while these are neighbours.
+class RunBuilder {
+ public:
+  explicit RunBuilder(std::vector<YarnPieces::Run>& runs) : runs_(runs) {}
+  void add(const V3f& low, const V3f& high, float max_width, bool follows) {
+    if (!follows || runs_.empty() || count_ - runs_.back().range.begin == static_cast<int>(run_length))
+      runs_.push_back({{count_, count_}, low, high, max_width});
+    YarnPieces::Run& run = runs_.back();
+    for (int axis = 0; axis < 3; ++axis) {
+      run.low[axis] = std::min(run.low[axis], low[axis]);
+      run.high[axis] = std::max(run.high[axis], high[axis]);
+    }
+    run.max_width = std::max(run.max_width, max_width);
+    run.range.end = ++count_;
+  }
+
+ private:
+  std::vector<YarnPieces::Run>& runs_;
+  int count_ = 0;
+};
+
+void add_runs(const V2f& period, YarnPieces& pieces) {
+  RunBuilder runs(pieces.runs);
+  V3f end(0, 0, 0);  // of the piece before
+  for (int i = 0; i < pieces.count(); ++i) {
+    const Yarns::Segment& s = pieces.segments[i];
+    const bool is_hair = i >= pieces.ply_piece_count;
+    // As the splatter's boxes.
+    const float wide = is_hair ? 0 : s.half_width(s.radius);
+    V3f low;
+    V3f high;
+    V3f start = s.start;
+    // Hairs of one place may root in different repeats.
+    for (int axis = 0; axis < 2 && is_hair; ++axis) {
+      const float middle = s.start[axis] + s.along[axis] / 2;
+      start[axis] -= std::floor(middle / period[axis]) * period[axis];
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = start[axis] + std::min(s.along[axis], 0.0F) - wide;
+      high[axis] = start[axis] + std::max(s.along[axis], 0.0F) + wide;
+    }
+    const bool follows = is_hair ? i > pieces.ply_piece_count : (s.start - end).length() < s.radius;
+    runs.add(low, high, is_hair ? s.radius / s.hair_threshold : HUGE_VALF, follows);
+    end = s.start + s.along;
+  }
+  RunBuilder groups(pieces.groups);
+  for (const YarnPieces::Run& run : pieces.runs)
+    groups.add(run.low, run.high, run.max_width, run.range.begin != pieces.ply_piece_count);
+}
+
 /// Pieces as long as so many segments of mean length `step`, of each curve as many of its own as fit, but
 /// shorter in bends.
 YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
@@ -68,12 +138,15 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
     for (; !rest.empty() && rest.front().hair_threshold > 0; rest = rest.subspan(1))
       hairs.push_back(rest.front());
   }
-  // Hairs that vanish together are in one vector of the splatter.
-  std::ranges::stable_sort(hairs, std::ranges::greater{}, min_empty_width);
+  sort_hairs(yarns.period(), inside.segments.size() < segments_of_large_cell, hairs);
   pieces.ply_piece_count = pieces.count();
   pieces.segments.insert(pieces.segments.end(), hairs.begin(), hairs.end());
-  for (const Yarns::Segment& s : hairs)
+  pieces.min_hair_bound = hairs.empty() ? 0 : hairs.front().bounding_radius;
+  for (const Yarns::Segment& s : hairs) {
     pieces.thickest_hair_radius = std::max(pieces.thickest_hair_radius, s.radius);
+    pieces.widest_hair_radius = std::max(pieces.widest_hair_radius, s.bounding_radius);
+    pieces.min_hair_bound = std::min(pieces.min_hair_bound, s.bounding_radius);
+  }
   for (std::vector<float>& values : pieces.numbers) values.reserve(pieces.segments.size() + padding);
   pieces.strands.reserve(pieces.segments.size());
   for (const Yarns::Segment& s : pieces.segments) {
@@ -87,6 +160,7 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
     pieces.strands.push_back(strands_of(data.curves[s.curve], inside.strand_sense[s.curve], s));
   }
   for (std::vector<float>& values : pieces.numbers) values.resize(pieces.segments.size() + padding);
+  add_runs(yarns.period(), pieces);
   return pieces;
 }
 
@@ -99,6 +173,7 @@ CellYarn::CellYarn(const Yarns& yarns, float plane, std::span<const float> sky)
       details_(std::make_shared<std::array<Detail, detail_lengths.size()>>()) {
   for (const YarnCurve& curve : yarns.data().curves) flat_ |= !curve.is_round();
   int plies = 0;
+  large_ = yarns.geometry().segments.size() >= segments_of_large_cell;
   for (const Yarns::Segment& s : yarns.geometry().segments) {
     if (s.hair_threshold > 0) continue;
     step_ += s.along.length();

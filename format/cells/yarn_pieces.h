@@ -15,6 +15,12 @@
 
 namespace selvedge {
 
+/// Pieces [begin, end).
+struct PieceRange {
+  int begin = 0;
+  int end = 0;
+};
+
 /// Pieces of one level of detail: first all plies, then all hairs.
 struct YarnPieces {
   /// Numbers of a piece for the splatter; mm, axes as of Yarns::Segment.
@@ -42,8 +48,17 @@ struct YarnPieces {
   /// y.
   std::vector<std::array<Group, 2>> strands;
   std::array<std::vector<float>, field_count> numbers;  ///< padded by a vector's width
-  int ply_piece_count = 0;                              ///< number of pieces that are no hairs
-  float thickest_hair_radius = 0;                       ///< radius, mm
+  /// Some neighbours in their order: pieces, or the runs of a group.
+  struct Run {
+    PieceRange range;
+    V3f low, high;    ///< box around plies, and around the axes of hairs, mm
+    float max_width;  ///< hairs that rays see with at least this radius are not met, mm
+  };
+  std::vector<Run> runs, groups;
+  int ply_piece_count = 0;         ///< number of pieces that are no hairs
+  float thickest_hair_radius = 0;  ///< radius, mm
+  float widest_hair_radius = 0;    ///< as wide rays see it, mm
+  float min_hair_bound = 0;        ///< smallest bound on that, mm
   int count() const { return static_cast<int>(segments.size()); }
 };
 
@@ -58,6 +73,8 @@ class CellYarn {
   float reference_height() const { return plane_; }
   std::span<const float> sky_transfer() const { return sky_; }
   void set_sky_transfer(std::span<const float> sky) { sky_ = sky; }
+  /// Whether it has so much yarn that images see little of it, or have fewer pixels.
+  bool has_large_cell() const { return large_; }
   bool has_flat_sections() const { return flat_; }  ///< whether some section is an ellipse
   /// The coarsest pieces that are at most `longest` mm long, or the finest. Each level is made when it is
   /// first asked for.
@@ -67,7 +84,7 @@ class CellYarn {
   const Yarns* yarns_;
   float plane_;
   std::span<const float> sky_;
-  bool flat_ = false;
+  bool flat_ = false, large_ = false;
   float step_ = 0;  ///< mean length of a segment, mm
   /// Segments of a ply that one piece stands for.
   static constexpr std::array<int, 6> detail_lengths{1, 2, 3, 4, 6, 9};

@@ -37,8 +37,9 @@ constexpr float transmitted_by_thin_cloth = 0.5F;
 /// Texels of cloth without yarn change with the view as if some of them lay so high, repeats.
 constexpr float relief_of_texels = 0.2F;
 
-/// Pixels around a part of a repeat that its image has, too.
+/// Pixels around a part of a repeat that its image has, too: fewer where its yarn is much.
 constexpr float around_part = 5;
+constexpr float around_part_of_large = 3;
 
 /// Pixels of coarser images are larger, in steps of a quarter of an octave.
 constexpr float step_larger = 1.189207F;
@@ -269,6 +270,7 @@ int CellStore::set_pixel(Wanted& wanted, PatchSide patch) const {
   wanted.pixel_width_texels = shown.pixel_width_texels;
   if (!has_windows_ || !patches_.is_part(patch / 2)) return fabric;
   wanted.parts = parts_of(shown, patches_.units_per_repeat());
+  if (cloth.yarn && cloth.yarn->has_large_cell()) wanted.around = around_part_of_large;
   wanted.around += shown.offset;
   return fabric;
 }

@@ -318,26 +318,48 @@ TEST_CASE("lamps from nearly one direction share a grid, whose shadows move by a
   const Yarns yarns(stranded(random, false), period);
   const CellYarn cell(yarns, plane, {});
   CellShadows shadows(cell);
-  constexpr std::size_t max_bytes = 1 << 20;
+  constexpr std::size_t max_bytes = 1 << 21;
   shadows.set_memory(max_bytes);
   const float relief = yarns.geometry().max_z - yarns.geometry().min_z;
-  for (int i = 0; i < 200; ++i) {
+  int are_tiled = 0;
+  for (int i = 0; i < 100; ++i) {
     const V3f direction = upwards(random, 0.02);
-    const ShadowDetail detail{0.02F, 2, 0.25F, true};
+    const ShadowDetail detail{0.01F, 2, 0.25F, true};
     const auto shadow = shadows.cast(direction, detail);
-    const V2f moved = (ray_slope(direction) - shadow->slope) * relief;
+    const V2f slope = shadow->slope();
+    const V2f moved = (ray_slope(direction) - slope) * relief;
     // Texels, as asked for, are as much longer along the slope.
-    CHECK(std::abs(moved.x) <= 1.12F * detail.texel_width * std::sqrt(1 + shadow->slope.x * shadow->slope.x));
-    CHECK(std::abs(moved.y) <= 1.12F * detail.texel_width * std::sqrt(1 + shadow->slope.y * shadow->slope.y));
-    CHECK(shadows.cast(direction, detail) == shadow);
-    CHECK(shadows.cast(direction, {0.01F, 2, 0.25F, true}) != shadow);
-    // The thinnest ply bounds the texels.
-    CHECK(shadows.cast(direction, {1, 2, 0.25F, true}) == shadows.cast(direction, {2, 2, 0.25F, true}));
+    CHECK(std::abs(moved.x) <= 1.12F * detail.texel_width * std::sqrt(1 + slope.x * slope.x));
+    CHECK(std::abs(moved.y) <= 1.12F * detail.texel_width * std::sqrt(1 + slope.y * slope.y));
     CellShadows others(cell);
     others.cast(upwards(random, 0.02), detail);
-    CHECK(others.cast(direction, detail)->grid.z == shadow->grid.z);
+    const auto other = others.cast(direction, detail);
+    DepthGrid whole;
+    whole.resize(shadow->texels().x, shadow->texels().y, false);
+    splat(cell, cell.pieces(2 * detail.texel_width), {slope, 0.25F * detail.texel_width, true}, whole);
+    const V2i tiles = shadow->tiles();
+    const V2i size = shadow->tile_texels();
+    are_tiled += tiles == V2i(1, 1) ? 0 : 1;
+    int apart = 0;
+    for (int number = 0; number < tiles.x * tiles.y; ++number) {
+      const V2i first = V2i(number % tiles.x, number / tiles.x) * size;
+      for (int row = 0; row < shadow->rows(); ++row) {
+        for (int column = 0; column <= size.x; ++column) {
+          const V2i at(first.x + column, first.y + row);
+          const float z = whole.z[(at.y % whole.height) * whole.stride + at.x % whole.width];
+          const int place = row * shadow->stride() + column;
+          apart += shadow->depths(number)[place] == z && other->depths(number)[place] == z ? 0 : 1;
+        }
+      }
+    }
+    CHECK(apart == 0);
     CHECK(shadows.bytes() <= max_bytes);
+    CHECK(shadows.cast(direction, detail) == shadow);
+    CHECK(shadows.cast(direction, {0.005F, 2, 0.25F, true}) != shadow);
+    // The thinnest ply bounds the texels.
+    CHECK(shadows.cast(direction, {1, 2, 0.25F, true}) == shadows.cast(direction, {2, 2, 0.25F, true}));
   }
+  CHECK(are_tiled > 20);
 }
 
 }  // namespace selvedge

@@ -24,7 +24,8 @@ inline std::vector<V3f> shade_points(const CellYarn& yarn, const YarnPieces& pie
                        .horizon_fade = std::min(1.0F, lamp.direction.z / min_ray_rise)});
   }
   std::vector<Group> table;
-  const std::vector<LightSlot> slots = fill_station_table(yarn, view, {}, false, table);
+  const std::vector<LightSlot> slots = light_slots(yarn, view);
+  fill_station_table(yarn, view, nullptr, table);
   const ShadingJob job{yarn, pieces, view, lamps, slots, table, 0};
   std::vector<V3f> result;
   for (std::size_t first = 0; first < points.size(); first += ShadingBatch::capacity) {
