@@ -31,8 +31,10 @@ void add_references(const GltfDocument& document, const Json& json, Digest& dige
 }  // namespace
 
 void RunKey::declare(Options& options) {
-  options.flag("--if-changed", is_given_,
-               "Keep an output that this option has made by the same inputs, options and version");
+  options
+      .flag("--if-changed", is_given_,
+            "Keep an output that this option has made by the same inputs, options and version")
+      .advanced();
   options.add_check([this, &options] {
     words_ = options.given_words();
     files_ = options.given_inputs();

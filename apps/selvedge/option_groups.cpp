@@ -48,14 +48,12 @@ Option add_cell(Options& options, std::string& input, CellOptions& cell) {
       .advanced();
   add_settings(options, cell);
   MeshImportOptions& import = cell.import;
-  options.text(
-      "--period", "WxH",
-      "Size of one repeat, mm, such as 5x4: knits are blocked to it, as on a board, and free without "
-      "it; of meshes (guessed)",
-      [&import](const std::string& t) {
-        const auto n = parse_number_list("--period", t, 'x', 2, 2, "5x4");
-        import.period = V2d(n[0], n[1]);
-      });
+  options.text("--period", "WxH",
+               "Size of one repeat, mm, such as 5x4: knits are blocked to it; of meshes (guessed)",
+               [&import](const std::string& t) {
+                 const auto n = parse_number_list("--period", t, 'x', 2, 2, "5x4");
+                 import.period = V2d(n[0], n[1]);
+               });
   options.begin_group("Meshes from files");
   options.number("--unit", import.scale_to_mm, "MM", "Millimetres per unit of the file (guessed)").advanced();
   static constexpr std::array<std::string_view, 3> axes{"x", "y", "z"};

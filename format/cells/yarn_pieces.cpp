@@ -44,7 +44,7 @@ std::array<Group, 2> strands_of(const YarnCurve& curve, const V2f& sense, const 
            {static_cast<float>(s.rows.next_first_row), width, some ? sense.x : 0, some ? sense.y : 0}}};
 }
 
-/// Hairs that vanish together are in one vector of the splatter; of large cells those of one place.
+/// Hairs that vanish together are in one vector of the splatter; in large cells hairs of one place.
 void sort_hairs(const V2f& period, bool is_small, std::vector<Yarns::Segment>& hairs) {
   const float per_area =
       is_small ? 0 : static_cast<float>(hairs.size()) / (hairs_of_place * period.x * period.y);
