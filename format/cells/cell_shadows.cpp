@@ -113,7 +113,7 @@ std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, Shadow
   // plies.
   detail.texel_width =
       rounded_width(std::min(detail.texel_width, radius_ * (detail.has_hairs ? 0.5F : 1.0F)), 4);
-  // Of large cells, what pixels do not resolve is as coarse as in images.
+  // Large cells are as coarse as in images where pixels do not resolve them.
   if (asked > detail.texel_width) {
     detail.max_piece_texels *= asked / detail.texel_width;
     detail.ray_width_texels *= std::max(1.0F, hair_width_of_asked * asked / detail.texel_width);

@@ -436,11 +436,11 @@ void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView
   const WindowAxis y(period.y, window.period.y, window.window_origin.y, window.height, view.slope.y, plane);
   const float hair_radius =
       std::min(std::max(view.ray_width / 2, pieces.thickest_hair_radius), pieces.widest_hair_radius);
-  const float least_radius = std::min(view.ray_width / 2, pieces.min_hair_bound);
+  const float min_shown_radius = std::min(view.ray_width / 2, pieces.min_hair_bound);
   constexpr float rounding = 1.001F;
   const auto meets = [&](const YarnPieces::Run& run, bool is_hair) {
     const float wider = is_hair ? hair_radius : 0;
-    return least_radius < rounding * run.max_width &&
+    return min_shown_radius < rounding * run.max_width &&
            x.meets(run.low.x, run.high.x, run.low.z, run.high.z, wider) &&
            y.meets(run.low.y, run.high.y, run.low.z, run.high.z, wider);
   };

@@ -89,7 +89,7 @@ SurfaceLight shade_pixel(const FrameScene& scene, TriangleSide seen, int x, int 
 }
 
 SurfaceLight apply_material(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel,
-                         const V4f& cell) {
+                            const V4f& cell) {
   const MergedTriangle& triangle = scene.prepared.mesh.triangles[seen / 2];
   const SurfaceMaterial& material = scene.prepared.materials.surfaces[triangle.surface];
   const PbrValues values = pbr_values(pixel);

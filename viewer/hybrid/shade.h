@@ -19,6 +19,6 @@ SurfaceLight shade_pixel(const FrameScene& scene, TriangleSide seen, int x, int 
 /// The same of a pixel with a cell image, as its material changes it: textures of the tint, bent normals,
 /// occlusion, emission.
 SurfaceLight apply_material(const FrameScene& scene, TriangleSide seen, int x, int y, const PbrPixel& pixel,
-                         const V4f& cell);
+                            const V4f& cell);
 
 }  // namespace selvedge
