@@ -58,7 +58,7 @@ Json bake_json(const BakeReport& r, const std::string& output) {
                {"referenceHeight", r.reference_height},
                {"indirect", name_of(r.indirect)},
                {"remarks", r.remarks}});
-  if (r.rest_steps > 0) json["rest"] = {{"steps", r.rest_steps}, {"residual", r.rest_residual}};
+  if (r.steps_to_rest > 0) json["rest"] = {{"steps", r.steps_to_rest}, {"residual", r.rest_residual}};
   return json;
 }
 
@@ -305,7 +305,7 @@ Baked bake_cell(const MakeCommand& command) {
   auto baked = value_or_throw(cell.yarn ? bake(*cell.yarn, command.input, options, text, progress.callback())
                                         : bake(cell.mesh, command.input, options, text, progress.callback()));
   if (cell.stitch) {
-    baked.report.rest_steps = cell.stitch->rest_steps;
+    baked.report.steps_to_rest = cell.stitch->steps_to_rest;
     baked.report.rest_residual = cell.stitch->rest_residual;
   }
   // After the work, so that an error is a single line.

@@ -74,8 +74,8 @@ Result<int> list_stitches(const StitchCommand& command) {
 
 /// Adds how a knit came to rest.
 std::string rest_text(const FoundStitch& stitch, Json& json) {
-  if (stitch.rest_steps == 0) return "";
-  json["rest"] = {{"steps", stitch.rest_steps}, {"residual", stitch.rest_residual}};
+  if (stitch.steps_to_rest == 0) return "";
+  json["rest"] = {{"steps", stitch.steps_to_rest}, {"residual", stitch.rest_residual}};
   return fill_pattern(", at rest after {steps} steps, residual {residual:.1g}", json["rest"]);
 }
 

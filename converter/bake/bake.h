@@ -59,7 +59,7 @@ struct BakeReport {
   int samples = 0;              ///< rays or points per texel and view
   int truth_samples = 0;        ///< the same per texel and pair
   double reference_height = 0;  ///< mm above the lowest point
-  int rest_steps = 0;           ///< of a knit (FoundStitch)
+  int steps_to_rest = 0;        ///< of a knit (FoundStitch)
   double rest_residual = 0;     ///< the same
   IndirectLight indirect = IndirectLight::paths;
   std::vector<std::string> remarks;  ///< options that could not be followed, one line each

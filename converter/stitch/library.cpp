@@ -401,7 +401,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
     apply_woven_settings(values, stitch.warps, found.pattern);
   } else {
     found.plain_mm = {values.number("wale_mm"), values.number("course_mm")};
-    found.rest_steps = result.steps;
+    found.steps_to_rest = result.steps;
     found.rest_residual = result.residual;
     for (Yarn& yarn : found.pattern.yarns)
       yarn.hair_mm = std::min(yarn.hair_mm, 0.99 * shorter_period(found.pattern) / max_hair_length_ratio);

@@ -59,7 +59,7 @@ struct FoundStitch {
   int stitch_count = 0;           ///< of a knit, in the pattern
   int wales = 0;                  ///< the same: columns of stitches
   V2d plain_mm{0, 0};             ///< of a knit: a stitch of plain knit of its yarn, the gauge
-  int rest_steps = 0;             ///< of a knit: to its rest, and what the last ones freed (RelaxResult)
+  int steps_to_rest = 0;          ///< of a knit: to its rest, and what the last ones freed (RelaxResult)
   double rest_residual = 0;
   std::vector<std::string> remarks{};  ///< choices, omissions and faults, one line each
   std::string file_text{};             ///< of its file; empty of a built-in stitch

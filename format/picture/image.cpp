@@ -104,7 +104,7 @@ Image first_of(std::vector<Image> images) { return std::move(images.front()); }
 
 }  // namespace
 
-Result<void> check_writable(const Image& image, const std::string& name) {
+Result<void> check_image_shape(const Image& image, const std::string& name) {
   if (image.width < 1 || image.height < 1 || image.channels < 1 || image.channels > 4) {
     return fail(
         Code::image_unwritable, name, "",
@@ -150,7 +150,7 @@ Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::strin
 }
 
 Result<void> write_exr(const std::string& path, const Image& image) {
-  if (Result<void> good = check_writable(image, path); !good) return good;
+  if (Result<void> good = check_image_shape(image, path); !good) return good;
   ExrPart part;
   part.width = image.width;
   part.height = image.height;

@@ -74,7 +74,7 @@ Result<std::vector<Image>> decode_levels(std::span<const std::uint8_t> bytes, co
                                          std::span<const int> halvings);
 
 /// Refuses an image whose values are not as many as its size and channels imply; `name` is the file.
-Result<void> check_writable(const Image& image, const std::string& name);
+Result<void> check_image_shape(const Image& image, const std::string& name);
 
 /// An 8-bit PNG file as bytes; 1 to 4 channels. Values are clamped to [0, 1], NaN becomes 0. The same pixels
 /// give the same bytes.

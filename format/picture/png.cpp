@@ -33,7 +33,7 @@ unsigned char* deflate_png(unsigned char* data, int size, int* count, int /*leve
 namespace selvedge {
 
 Result<std::vector<std::uint8_t>> encode_png(const Image& image, Transfer transfer) {
-  if (Result<void> good = check_writable(image, ""); !good) return tl::unexpected(good.error());
+  if (Result<void> good = check_image_shape(image, ""); !good) return tl::unexpected(good.error());
   // stb counts bytes as int.
   constexpr std::size_t max_values = std::size_t{1} << 30;
   if (image.pixels.size() > max_values) return fail(Code::image_unwritable, "", "", "more than 2^30 values");
