@@ -123,7 +123,8 @@ void add_bake(Options& options, MakeCommand& command) {
   });
   options.number("--views", bake.views, "N", "View directions").advanced();
   options.number("--lights", bake.lights, "N", "Light directions").advanced();
-  options.number("--samples", bake.samples, "N", "Rays, or at least 36 points of yarn, per texel and view")
+  options
+      .number("--samples", bake.samples, "N", "Rays, or at least 9 to 36 points of yarn, per texel and view")
       .advanced();
   static constexpr std::array<std::string_view, 2> roads{"lines", "paths"};
   options

@@ -33,7 +33,7 @@ struct BakeOptions {
   int height = 32;  ///< texels along y
   int views = 64;   ///< 1 to 4096; laid out by nearly_square_grid()
   int lights = 64;
-  int samples = 8;  ///< rays per texel and view; of yarn alone at least 36 points (16 of over 4,096 texels)
+  int samples = 8;  ///< rays per texel and view; of yarn alone at least 36 points, of many texels 9
   int bounces = 2;  ///< of a mesh: indirect bounces, 0 to 64, or unlimited_bounces
   /// Light of a stitch: lines of its yarn alone, paths of a mesh of it. bake() goes by what it is given.
   IndirectLight indirect = IndirectLight::paths;

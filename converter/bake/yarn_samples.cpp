@@ -9,10 +9,10 @@
 namespace selvedge {
 namespace {
 
-/// Points of a texel along a side at least: of few texels, and of many, whose errors average out.
-constexpr int min_points = 6;
-constexpr int min_points_of_many = 4;
-constexpr int many_texels = 1 << 12;
+/// Points at least: of all texels, whose errors average out, and of one along a side, of many and of few.
+constexpr double min_points = 1 << 14;
+constexpr double min_side_of_many = 3;
+constexpr double min_side_of_few = 6;
 /// Bytes of the points under the lights that are sampled together.
 constexpr std::size_t max_point_bytes = std::size_t{8} << 20;
 /// The detail with which strands and hairs are seen; less where there are more hairs than this for a
@@ -94,8 +94,9 @@ struct YarnSampler::SideOfYarn {
 };
 
 int points_per_texel(const V2i& texels, int samples) {
-  int points = std::max(texels.x * texels.y > many_texels ? min_points_of_many : min_points,
-                        static_cast<int>(std::lround(std::sqrt(samples))));
+  const double side = std::sqrt(min_points / texels.x / texels.y);
+  const double min_side = std::clamp(side, min_side_of_many, min_side_of_few);
+  int points = static_cast<int>(std::lround(std::max(min_side, std::sqrt(samples))));
   while (std::min(texels.x, texels.y) * points < min_cell_texels) points *= 2;
   return points * points;
 }

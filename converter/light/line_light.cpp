@@ -25,8 +25,10 @@ constexpr int columns = light_columns;
 constexpr int orders = light_moment_count + 1;
 /// Weight of a place that hardly any view shows, and of covered ones.
 constexpr double covered_weight = 0.05;
-/// Fronts beyond which a station is one part: their light takes 350 bytes each.
-constexpr int many_fronts = 1 << 15;
+/// Stations of plies beyond which a station is one part with half of the fronts, whose light takes 350 bytes
+/// each, under half of the directions: cloth in the middle distance is then 47 dB from the light of very many
+/// lines, else 51.
+constexpr int many_ply_stations = 1 << 11;
 /// Directions whose lines are followed at a time, and links that are merged so.
 constexpr int directions_at_once = 8;
 constexpr std::size_t max_links = 1 << 21;
@@ -229,7 +231,11 @@ const EvenLight& even_light() {
 class LineLight {
  public:
   LineLight(const Yarns& yarns, std::span<const V3f> through, const LineLightOptions& options)
-      : yarns_(yarns), o_(options), patches_(yarns, parts_for(yarns)), exchange_(patches_.count()) {
+      : yarns_(yarns),
+        o_(options),
+        patches_(is_large(yarns) ? YarnPatches(yarns, 1, 8) : YarnPatches(yarns, 2, 16)),
+        exchange_(patches_.count()) {
+    if (is_large(yarns)) o_.direction_count /= 2;
     const auto& curves = yarns.data().curves;
     for (std::size_t c = 0; c < curves.size(); ++c) {
       walls_.push_back(wall_of(curves[c], through[c]));
@@ -246,11 +252,10 @@ class LineLight {
   void find_places(int curve, std::vector<LitPoint>& all) const;
 
  private:
-  static int parts_for(const Yarns& yarns) {
-    int outside_count = 0;
-    for (const YarnCurve& curve : yarns.data().curves)
-      outside_count += curve.stations * curve.plies.count * YarnPatches::patches_around_ply;
-    return outside_count > many_fronts ? 1 : 2;
+  static bool is_large(const Yarns& yarns) {
+    int ply_stations = 0;
+    for (const YarnCurve& curve : yarns.data().curves) ply_stations += curve.stations * curve.plies.count;
+    return ply_stations > many_ply_stations;
   }
   bool is_front(int patch) const { return patch < patches_.front_patch_count(); }
   bool is_inside(int patch) const { return patch >= patches_.first_inside_patch(); }
@@ -290,8 +295,8 @@ void LineLight::find_exchange() {
   for (const YarnCurve& curve : yarns_.data().curves)
     thinnest = std::min(thinnest, ply_or_yarn_radius(curve));
   // About as many lines for each patch.
-  const float spacing =
-      o_.spacing_radii * thinnest * std::sqrt(2 / static_cast<float>(patches_.parts_per_station()));
+  const int patches_of_station = patches_.parts_per_station() * patches_.fronts_around_ply();
+  const float spacing = o_.spacing_radii * thinnest * std::sqrt(32 / static_cast<float>(patches_of_station));
   area_.assign(patches_.count(), 0);
   crossings_.resize(o_.direction_count);
   ScratchPool<LineScratch> scratch;
@@ -513,20 +518,20 @@ void LineLight::find_places(int c, std::vector<LitPoint>& all) const {
   all.clear();
   const int plies = curve.plies.count;
   const int parts = curve.stations * patches_.parts_per_station();
-  all.reserve(std::size_t{2} * parts * plies * YarnPatches::patches_around_ply);
+  const int around = patches_.fronts_around_ply();
+  all.reserve(std::size_t{2} * parts * plies * around);
   // Plies touch their neighbours so far from their outermost line.
   const float reach = plies == 1 ? pi : pi / 2 + pi / static_cast<float>(plies);
   // Nearly the largest: nothing covers it.
-  std::vector<float> areas(
-      area_.begin() + patches_.front_patch(c, 0, 0, 0),
-      area_.begin() + patches_.front_patch(c, parts - 1, plies - 1, YarnPatches::patches_around_ply - 1) + 1);
+  std::vector<float> areas(area_.begin() + patches_.front_patch(c, 0, 0, 0),
+                           area_.begin() + patches_.front_patch(c, parts - 1, plies - 1, around - 1) + 1);
   const auto high = areas.begin() + static_cast<std::ptrdiff_t>(areas.size() * 9 / 10);
   std::ranges::nth_element(areas, high);
   const double full = std::max(static_cast<double>(*high), 1e-30);
   for (int part = 0; part < parts; ++part) {
     for (int ply = 0; ply < plies; ++ply) {
-      for (int a = 0; a < YarnPatches::patches_around_ply; ++a) {
-        const float angle = -pi + (static_cast<float>(a) + 0.5F) * (2 * pi / YarnPatches::patches_around_ply);
+      for (int a = 0; a < around; ++a) {
+        const float angle = -pi + (static_cast<float>(a) + 0.5F) * (2 * pi / static_cast<float>(around));
         const float station =
             (static_cast<float>(part) + 0.5F) / static_cast<float>(patches_.parts_per_station());
         LitPoint place = place_at(yarns_, c, station, ply, angle);

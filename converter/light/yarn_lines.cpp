@@ -208,13 +208,14 @@ class LineWalk {
 
 }  // namespace
 
-YarnPatches::YarnPatches(const Yarns& yarns, int parts) : yarns_(yarns), parts_(parts) {
+YarnPatches::YarnPatches(const Yarns& yarns, int parts, int around)
+    : yarns_(yarns), parts_(parts), around_(around) {
   const YarnData& data = yarns.data();
   const auto& segments = yarns.geometry().segments;
   for (const YarnCurve& curve : data.curves) {
     first_front_.push_back(fronts_);
     first_hair_.push_back(hairs_);
-    fronts_ += curve.stations * parts * curve.plies.count * patches_around_ply;
+    fronts_ += curve.stations * parts * curve.plies.count * around_;
     hairs_ += curve.hairs.count == 0 ? 0 : curve.stations;
   }
   ply_.assign(segments.size(), 0);
@@ -242,8 +243,8 @@ int YarnPatches::front_patch(int piece, float station, float angle) const {
     ply = ((ply + plies.shift) % plies.count + plies.count) % plies.count;
   }
   constexpr float pi = std::numbers::pi_v<float>;
-  const int turned = static_cast<int>((angle + pi) * (static_cast<float>(patches_around_ply) / (2 * pi)));
-  return front_patch(curve, std::clamp(part, 0, all - 1), ply, std::clamp(turned, 0, patches_around_ply - 1));
+  const int turned = static_cast<int>((angle + pi) * (static_cast<float>(around_) / (2 * pi)));
+  return front_patch(curve, std::clamp(part, 0, all - 1), ply, std::clamp(turned, 0, around_ - 1));
 }
 
 int YarnPatches::curve_of(int patch) const {

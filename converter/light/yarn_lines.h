@@ -17,13 +17,13 @@ namespace selvedge {
 /// and angle; hairs by curve and station; the insides of plies.
 class YarnPatches {
  public:
-  static constexpr int patches_around_ply = 16;  ///< fronts about a ply
-  static constexpr int fronts_per_inside = 2;    ///< fronts that share their inside, where light is even
+  static constexpr int fronts_per_inside = 2;  ///< fronts that share their inside, where light is even
 
-  /// `parts`: of a station. `yarns` must outlive the object.
-  YarnPatches(const Yarns& yarns, int parts);
+  /// `parts`: of a station; `around`: fronts about a ply, an even number. `yarns` must outlive the object.
+  YarnPatches(const Yarns& yarns, int parts, int around);
 
   int parts_per_station() const { return parts_; }
+  int fronts_around_ply() const { return around_; }
   int front_patch_count() const { return fronts_; }
   int first_hair_patch() const { return fronts_; }
   int first_inside_patch() const { return first_hair_patch() + hairs_; }
@@ -31,8 +31,7 @@ class YarnPatches {
   int inside_patch(int front) const { return first_inside_patch() + front / fronts_per_inside; }
   /// Precondition: the curve has the part and the ply.
   int front_patch(int curve, int part, int ply, int angle) const {
-    return first_front_[curve] + (part * yarns_.data().curves[curve].plies.count + ply) * patches_around_ply +
-           angle;
+    return first_front_[curve] + (part * yarns_.data().curves[curve].plies.count + ply) * around_ + angle;
   }
   /// `piece`: of Yarns::Geometry, and no hair; `angle`: about its ply.
   int front_patch(int piece, float station, float angle) const;
@@ -42,7 +41,7 @@ class YarnPatches {
 
  private:
   const Yarns& yarns_;
-  int parts_;
+  int parts_, around_;
   int fronts_ = 0, hairs_ = 0;
   std::vector<int> first_front_, first_hair_;  ///< of each curve
   std::vector<int> ply_, hair_;                ///< of each piece

@@ -8,6 +8,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "converter/stitch/blocking.h"
@@ -138,8 +139,31 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
   return stitch;
 }
 
-/// Least texels, each way, that resolve the yarn of a chart's stitch.
-constexpr int texels_per_stitch = 2;
+/// Texels along a side of `cells` stitches or crossings: `fine` for each where these are few, one of many,
+/// whose yarn is seen as yarn until it is much finer than a pixel.
+int texels_along(double cells, int fine) {
+  constexpr double few_texels = 32;
+  while (fine > 1 && fine * cells > few_texels) fine /= 2;
+  return static_cast<int>(std::ceil(fine * cells - 1e-9));
+}
+
+V2i texels_of(const KnitChart& chart) {
+  constexpr int texels_per_stitch = 2;
+  return {texels_along(static_cast<double>(chart.rows.front().size()), texels_per_stitch),
+          texels_along(static_cast<double>(chart.rows.size()), texels_per_stitch)};
+}
+
+V2i texels_of(const Weave& weave) {
+  constexpr int texels_per_yarn = 4;
+  constexpr double max_yarns = 64;
+  V2i texels;
+  for (int k = 0; k < 2; ++k) {
+    const auto& widths = k == 0 ? weave.warp_spacing_mm : weave.weft_spacing_mm;
+    const double sum = std::accumulate(widths.begin(), widths.end(), 0.0);
+    texels[k] = texels_along(std::min(sum / *std::ranges::min_element(widths), max_yarns), texels_per_yarn);
+  }
+  return texels;
+}
 
 Yarn coloured(const V3f& albedo, double radius_mm, const Gloss& gloss = {}) {
   Yarn yarn;
@@ -434,9 +458,9 @@ FoundStitch chart_in(const std::string& text, const std::string& path, const Sti
   const V2i cells(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size()));
   auto found = value_or_throw(
       relaxed(stitch, settings, relaxer, [&](const StitchValues& values, const DrawnKnit& drawn) {
-        tell_size(values, cells, cells * texels_per_stitch, false, drawn, start);
+        tell_size(values, cells, texels_of(chart.knit), false, drawn, start);
       }));
-  found.min_texels = cells * (texels_per_stitch * found.repeats);
+  found.min_texels = texels_of(chart.knit) * found.repeats;
   found.remarks.insert(found.remarks.begin(), chart.remarks.begin(), chart.remarks.end());
   return found;
 }
@@ -483,7 +507,7 @@ Result<FoundStitch> draft_in(const std::string& text, const std::string& path, c
   auto draft = value_or_throw(read_wif(text, path));
   const auto values = value_or_throw(StitchValues::create(path, draft_parameters(draft.weave), settings));
   FoundStitch found;
-  found.min_texels = texels_for(draft.weave);
+  found.min_texels = texels_of(draft.weave);
   found.remarks = std::move(draft.remarks);
   const std::string name = draft.title.empty() ? stem_of(path) : draft.title;
   RelaxOptions options = relax_options(values, true, true);

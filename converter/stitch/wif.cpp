@@ -237,7 +237,6 @@ class WifSections {
   std::map<std::string, std::map<std::string, std::string>> sections_;
 };
 
-constexpr double texels_per_yarn = 4;
 constexpr double default_spacing_mm = 1;
 
 /// The colours of the palette, linear.
@@ -556,15 +555,6 @@ WifDraft draft_of(std::string_view text) {
   return result;
 }
 
-int texels_along(const std::vector<double>& widths) {
-  double sum = 0;
-  for (const double width : widths) sum += width;
-  // Beyond that, its yarn is seen as yarn until it is much finer than a pixel.
-  constexpr double most = 48;
-  return static_cast<int>(
-      std::min(most, std::ceil(texels_per_yarn * sum / *std::ranges::min_element(widths) - 1e-9)));
-}
-
 }  // namespace
 
 bool is_wif(std::string_view text) {
@@ -576,10 +566,6 @@ bool is_wif(std::string_view text) {
     if (!line.empty() && line.front() != ';') return line.starts_with("[WIF]");
   }
   return false;
-}
-
-V2i texels_for(const Weave& weave) {
-  return {texels_along(weave.warp_spacing_mm), texels_along(weave.weft_spacing_mm)};
 }
 
 Result<WifDraft> read_wif(std::string_view text, const std::string& file) {

@@ -32,11 +32,7 @@ bool is_wif(std::string_view text);
 
 /// Reads the smallest repeat of a draft: the fewest yarns each way that the whole draft repeats at least
 /// twice; an incomplete repeat at the end is dropped. Refuses (stitch_invalid, place: section and key) values
-/// that are missing, unreadable, out of range or contradictory, and repeats with too many crossings, naming
-/// the texels that they would need.
+/// that are missing, unreadable, out of range or contradictory, and repeats with too many crossings.
 Result<WifDraft> read_wif(std::string_view text, const std::string& file);
-
-/// Texels that a weave needs: 4 across the narrowest yarn each way; at most 10^8, which no file holds.
-V2i texels_for(const Weave& weave);
 
 }  // namespace selvedge
