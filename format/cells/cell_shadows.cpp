@@ -11,9 +11,11 @@ constexpr int max_side = 512;  ///< of a grid
 /// Sides of tiles, of larger grids.
 constexpr int tile_side = 128;
 constexpr int max_untiled = 192 * 192;  ///< texels
-/// Largest shift of a shadow by the rounding of its direction, texels, and the largest step.
+/// Largest shift of a shadow by the rounding of its direction, texels; and the largest step, also of large
+/// cells, whose grids are dear: it costs 0.1 dB.
 constexpr float max_moved = 1;
 constexpr float largest_step = 0.1F;
+constexpr float largest_step_of_large = 0.2F;
 /// Hairs that cast shadows in large cells are thinner than pixels ask for: their noise is seen.
 constexpr float hair_width_of_asked = 0.3F;
 
@@ -118,10 +120,11 @@ std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, Shadow
     detail.max_piece_texels *= asked / detail.texel_width;
     detail.ray_width_texels *= std::max(1.0F, hair_width_of_asked * asked / detail.texel_width);
   }
-  const float moved = max_moved * std::max(detail.texel_width, asked / 4);
+  const float moved = max_moved * std::max(detail.texel_width, asked / 2);
   // The arguments of the hyperbolic sines that are its slopes: texels are as much longer where light is
   // slanted.
-  const float step = std::min(2 * moved / relief_, largest_step);
+  const float step =
+      std::min(2 * moved / relief_, yarn_.has_large_cell() ? largest_step_of_large : largest_step);
   const V2f slope = ray_slope(direction);
   const auto rounded = [&](float s) { return static_cast<std::int32_t>(std::lround(std::asinh(s) / step)); };
   const Key key{detail, rounded(slope.x), rounded(slope.y)};
