@@ -421,7 +421,9 @@ Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& optio
   return mesh;
 }
 
-/// Nodes of a repeat, beyond which they lie farther from their curves: a viewer's memory grows with them.
+/// Nodes of a repeat beyond which they lie farther from their curves, at most twice as far from each other,
+/// for 0.3 dB in the middle distance; and beyond which farther still: a viewer's memory grows with them.
+constexpr double some_nodes = 1 << 12;
 constexpr double many_nodes = 1 << 18;
 
 /// Throws Failure.
@@ -480,7 +482,8 @@ bool fits_file(const YarnData& data, const V2f& period) {
 /// Throws Failure.
 YarnData usual_chains(const StitchPattern& pattern, YarnChainOptions options) {
   YarnData data = chains_of(pattern, options);
-  const double times = static_cast<double>(data.nodes.size()) / many_nodes;
+  const auto nodes = static_cast<double>(data.nodes.size());
+  const double times = std::max(std::min(2.0, nodes / some_nodes), nodes / many_nodes);
   if (times <= 1) return data;
   for (double* sag : {&options.max_sag, &options.max_flat_sag}) *sag *= times * times;
   return chains_of(pattern, options);

@@ -195,7 +195,7 @@ TEST_CASE("a knit is blocked to a size, or one side of it, and its yarn keeps it
 }
 
 TEST_CASE("yarn of many stitches fits into a file and its readers' memory, with fewer hairs and pieces") {
-  const FoundStitch many = test::need(find_stitch("two-colour", {{"repeats", {16}}}));
+  const FoundStitch many = test::need(find_stitch("rib-2x2", {{"repeats", {16}}}));
   CHECK(many.remarks.back().ends_with("are kept"));
   const YarnData data = test::need(yarn_curves_of(many.pattern));
   int hairs = 0;
