@@ -51,6 +51,12 @@ async function surround(scene, garment, { file, turn, strength, shades }) {
   scene.environmentRotation.y = Math.PI / 2 + turn * Math.PI / 180;
 }
 
+function light_of([x, y, z, intensity]) {
+  const light = new DirectionalLight(0xffffff, intensity);
+  light.position.set(x, y, z);
+  return light;
+}
+
 /** Draws frames until all materials show what they can, and their images are at rest. */
 async function settle(scene, camera, materials) {
   const is_ready = ({ shows, fabric }) => shows === 'fabric' || fabric?.state !== 'ready', target = renderer.getRenderTarget();
@@ -74,11 +80,7 @@ export async function drawn(file, view, lights, environment, { frames = 1, tint 
   scene.add(garment);
   const parts = materials.map(({ parts }) => parts);
   for (const material of tint ? materials : []) material.set_tint(tint);
-  for (const [x, y, z, intensity] of lights) {
-    const light = new DirectionalLight(0xffffff, intensity);
-    light.position.set(x, y, z);
-    scene.add(light);
-  }
+  if (lights.length > 0) scene.add(...lights.map(light_of));
   const { width, height } = view;
   const target = new RenderTarget(width, height, { type: FloatType });
   renderer.setRenderTarget(target);
@@ -94,6 +96,24 @@ export async function drawn(file, view, lights, environment, { frames = 1, tint 
   materials.forEach((material, i) => { material.parts = parts[i]; });
   target.dispose();
   return { pixels: base64(pixels), ms, rest: (begin - asked) / 1000, shows: materials.map(({ shows }) => shows) };
+}
+
+/** Pictures as `drawn` has them of a garment on its way to rest, one after each message of the worker once all of it is in its fabric. */
+export async function coming(file, view, lights) {
+  const { scene: garment, materials } = await load(file), scene = new Scene(), pictures = [];
+  const target = new RenderTarget(view.width, view.height, { type: FloatType });
+  scene.add(garment, ...lights.map(light_of));
+  renderer.setRenderTarget(target);
+  const draw = () => {
+    renderer.render(scene, camera_of(view));
+    if (materials.every(({ shows }) => shows === 'fabric')) pictures.push(read(renderer, target));
+  };
+  cell_images.addEventListener('change', draw);
+  await settle(scene, camera_of(view), materials);
+  cell_images.removeEventListener('change', draw);
+  const all = await Promise.all(pictures);
+  target.dispose();
+  return all.map((pixels) => base64(rows_of(pixels, target)));
 }
 
 /**

@@ -50,6 +50,8 @@ const TURN = 40, STRENGTH = 1.5;
 const MOST_LEFT_OUT = 0.01, OFF_EDGES = 33, OVER_ALL = 32;
 /** Between versions of three.js. */
 const ALIKE = 40;
+/** A view whose images come, pixels along a block of it, and by how much its brightness may be off. */
+const COMING = { ...VIEWS.whole, distance: 0.9, width: 320, height: 240 }, BLOCK = 12, COARSE = 0.03;
 /** Frames of a mean. */
 const FRAMES = 16;
 /** Shadow maps of three.js have other filters, and nothing to do with the fabric. */
@@ -151,6 +153,7 @@ function write_environment(file, width = 128, height = 64) {
   writeFileSync(file, Buffer.concat([Buffer.from(header), Buffer.from(bytes)]));
 }
 write_environment(path('sky.hdr'));
+const floats_of = (pixels) => new Float32Array(Uint8Array.from(Buffer.from(pixels, 'base64')).buffer);
 const file_of = (name) => name === sweater ? sweater : path(name), pictures = {};
 async function draw(page, { file = 'sweater.glb', environment, shades = false, lights = LIGHTS, least, tint, ...view }, frames = 1) {
   const { pixels, shows, ...told } = await page.evaluate(async (query) => {
@@ -159,7 +162,26 @@ async function draw(page, { file = 'sweater.glb', environment, shades = false, l
   }, [file === sweater ? `/demo/${basename(sweater)}` : `/made/${file}`, { ...view, fov: 30 }, environment ? [] : lights,
     environment && { file: `/made/${environment}`, turn: TURN, strength: STRENGTH, shades }, { frames, tint }]);
   assert.deepEqual([...new Set(shows)], ['fabric']);
-  return { ...told, floats: new Float32Array(Uint8Array.from(Buffer.from(pixels, 'base64')).buffer) };
+  return { ...told, floats: floats_of(pixels) };
+}
+/** The first picture of cloth is as bright as the last one, block by block, and the middle is the first to rest. */
+async function compare_coming(page) {
+  const { width, height } = COMING, call = async (query) => (await import('/test/scene_page.js')).coming(...query);
+  const pictures = (await page.evaluate(call, ['/made/sweater.glb', { ...COMING, fov: 30 }, LIGHTS])).map(floats_of);
+  const first = pictures[0], last = pictures.at(-1), cloth = [...Array(width * height).keys()].filter((i) => last[4 * i + 3] > 0.5), blocks = new Map();
+  for (const i of cloth) {
+    const key = `${Math.floor(i % width / BLOCK)} ${Math.floor(i / width / BLOCK)}`;
+    blocks.set(key, [...blocks.get(key) ?? [], 4 * i]);
+  }
+  const mean = (values) => values.reduce((sum, x) => sum + x, 0) / values.length;
+  const bright = (picture, block) => mean(block.map((i) => picture[i] + picture[i + 1] + picture[i + 2]));
+  const errors = [...blocks.values()].filter(({ length }) => length > 0.9 * BLOCK ** 2).map((block) => bright(first, block) / bright(last, block) - 1);
+  const rms = Math.sqrt(mean(errors.map((x) => x * x)));
+  const rests = (picture) => cloth.filter((i) => Math.abs(picture[4 * i] - last[4 * i]) < 1e-4), early = rests(pictures.find((picture) => rests(picture).length > cloth.length / 10));
+  const [near, all] = [early, cloth].map((list) => mean(list.map((i) => Math.hypot(i % width / width - 0.5, i / width / height - 0.5))));
+  console.log(`coming: ${errors.length} blocks, first to last brightness ${(1 + mean(errors)).toFixed(3)}, RMS ${(100 * rms).toFixed(1)} %; ` +
+    `the first ${(100 * early.length / cloth.length).toFixed(0)} % that rest are ${near.toFixed(2)} from the middle, all ${all.toFixed(2)}`);
+  assert.ok(rms <= COARSE && (near < all || early.length > 0.9 * cloth.length), 'coming');
 }
 /** Draws the views by nodes, and compares them with pictures. */
 async function compare_nodes(way, beside) {
@@ -174,6 +196,7 @@ async function compare_nodes(way, beside) {
 }
 await in_browser(package_folder, { made: folder, demo: dirname(sweater ?? '') }, async ({ page, errors }) => {
   const beside = {};
+  if (!sweater) await compare_coming(page);
   for (const [name, view] of Object.entries(sweater ? {} : VIEWS_OF_NODES)) beside[name] = (await draw(page, view)).floats;
   for (const way of sweater ? [] : ['/test/nodes_way.js', '/test/nodes_way.js?webgl']) await compare_nodes(way, beside);
   for (const [name, { file = 'sweater.glb', environment, shades = false, lights = LIGHTS, ...view }] of Object.entries(sweater ? VIEWS_OF_SWEATER : VIEWS)) {

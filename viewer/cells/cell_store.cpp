@@ -248,14 +248,16 @@ RepeatParts parts_of(const ShownPatch& shown, int units_per_repeat) {
 /// Levels and size of an image for pixels that are so much larger.
 void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
   const V2f shown = wanted.pixel_width_texels * levels_.footprint_pixels;
-  CellLevels& levels = wanted.view.levels = shown_levels(*wanted.fabric, shown, levels_.forced_level);
+  // Coarse images of yarn are of the yarn, too: the means of its texels are a little brighter or darker.
+  const V2f finest = wanted.pixel_width_texels * std::min(levels_.footprint_pixels, 1.0F);
+  CellLevels& levels = wanted.view.levels = shown_levels(*wanted.fabric, finest, levels_.forced_level);
   if (levels.yarn_weight > 0) {
     wanted.view.size = cell_size(shown * larger, samples);
     if (levels.yarn_weight == 1 && wanted.parts != whole_repeat)
       set_window(wanted.parts, wanted.around, wanted.view.size);
     return;
   }
-  if (larger > 1) levels = shown_levels(*wanted.fabric, shown * larger, levels_.forced_level);
+  levels = shown_levels(*wanted.fabric, shown * larger, levels_.forced_level);
   wanted.view.size = texel_cell_size(*wanted.fabric, shown, levels.finer_level);
 }
 
@@ -286,8 +288,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   const V3f to_viewer = camera_->projection == Projection::parallel
                             ? V3f(camera_->to_viewer)
                             : V3f((camera_->position - origin_ - V3d(patch.mean_position)).normalized());
-  const V3f own_normal = patch.mean_normal.length() > 0 ? patch.mean_normal.normalized() * side : to_viewer;
-  V3f normal = own_normal;
+  V3f normal = patch.mean_normal.length() > 0 ? patch.mean_normal.normalized() * side : to_viewer;
   if (const float facing = normal.dot(to_viewer); facing < min_facing_patch)
     normal = (normal + to_viewer * (min_facing_patch - facing)).normalized();
   V3f tangent = patch.mean_tangent - normal * normal.dot(patch.mean_tangent);
@@ -332,7 +333,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   }
   if (around != nullptr) result.view.environment = turned(*around, tangent, up, normal);
   result.brightness =
-      lights_.brightness(own_normal, patch.mean_position, around, (*cloths_)[fabric].transmitted_fraction) +
+      lights_.brightness(normal, patch.mean_position, around, (*cloths_)[fabric].transmitted_fraction) +
       lifted;
   result.view.has_hairs = !behind || options_.has_hairs_behind;
   result.view.hair_shadows = options_.hair_shadows;

@@ -34,7 +34,7 @@ const TELL = 120;
 export class CellWorker {
   #post;
   #module = null;
-  /** What is to be done of each garment: { view, fresh, left, waits }; `waits`: while images are held, as first ones are there. */
+  /** What is to be done of each garment: { view, fresh, left }. */
   #due = new Map();
   #views = new Map();
   #working = false;
@@ -138,8 +138,7 @@ export class CellWorker {
     this.#working = true;
     const module = await this.#module;
     while (this.#due.size > 0) {
-      const rank = ([garment, {fresh, waits}]) =>
-          this.#coming.has(garment) ? 0 : fresh === FIRST ? 1 : fresh < RESTING && !(waits && this.#held) ? 2 : 3;
+      const rank = ([garment, {fresh}]) => this.#coming.has(garment) ? 0 : fresh === FIRST ? 1 : fresh < RESTING ? 2 : 3;
       const next = [...this.#due].reduce((a, b) => rank(b) < rank(a) ? b : a), [garment, due] = next;
       const early = rank(next) < 3 ? 0 : this.#held ? LATEST_REST : this.#rests_at - performance.now();
       if (early > 0) {
@@ -157,7 +156,7 @@ export class CellWorker {
   }
   /** Whether garments in sight lack images of the fabric that has taken their own's place. */
   #awaits_any = () => [...this.#coming.keys()].some((garment) => this.#views.has(garment));
-  #make(module, garment, {view, fresh, left, waits = false}) {
+  #make(module, garment, {view, fresh, left}) {
     const {camera, level, around, lights} = view;
     left ??= module.begin_frame(garment, [...camera, SAMPLES, fresh, level, around ? 1 : 0, ...around ?? Array(36).fill(0)], lights);
     const end = performance.now() + SLICE;
@@ -166,7 +165,7 @@ export class CellWorker {
     if (is_full)
       for (const [each, its_view] of this.#views) this.#due.set(each, {view: its_view, fresh: RESTING, left: null});
     else if (left > 0 || fresh !== RESTING)
-      this.#due.set(garment, left > 0 ? {view, fresh, left, waits} : {view, fresh: fresh === FIRST ? MOVING : RESTING, left: null, waits: true});
+      this.#due.set(garment, left > 0 ? {view, fresh, left} : {view, fresh: RESTING, left: null});
     const is_new = this.#coming.has(garment) && module.end_front(garment);
     if (is_new) {
       this.#editions.set(garment, this.#coming.get(garment));

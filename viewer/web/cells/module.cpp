@@ -4,6 +4,7 @@
 // one. Tile 0 is no tile. Coordinates are in the axes of their mesh, m.
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "format/base/parallel.h"
 #include "format/scene/tangents.h"
@@ -207,6 +208,15 @@ void draw_depths(Garment& garment, const ProjectedVertices& projected) {
   }
 }
 
+/// How far a patch is from the middle of the picture, in halves of it, less its side.
+float off_middle(const Camera& camera, const Patch& patch) {
+  const V3d away = V3d(patch.mean_position) - camera.position;
+  const double depth = camera.projection == Projection::parallel ? 1 : -away.dot(camera.to_viewer);
+  const V2d at = V2d(away.dot(camera.right), away.dot(camera.up)) / depth - camera.window_centre;
+  const V2d size = camera.window_half_size;
+  return std::fmin(static_cast<float>((at / size).length() - std::sqrt(patch.area) / depth / size.y), 1e9F);
+}
+
 /// Notes what is in sight: depths of a coarse frame, then which triangles lie behind them.
 void mark_visible(Garment& garment) {
   const MergedSurfaces& mesh = garment.mesh;
@@ -274,28 +284,26 @@ void mark_visible(Garment& garment) {
   garment.memory_bytes = page.fill_fraction * static_cast<double>(page.image_memory_bytes) *
                          (all > 0 ? garment.needed_bytes / all : 1);
   // Images that are shown stay; first come patches without an image, then those that were not looked at for
-  // longest.
-  const auto last_shown_frame = [&](const PatchNeed& need) {
-    const Garment::Shown& shown = garment.shown[need.patch];
-    return shown.image != 0 && page.atlas.find(shown.image, 0) != 0 ? shown.last_frame : 0;
-  };
-  const auto earlier = [&](const PatchNeed& a, const PatchNeed& b) {
-    return last_shown_frame(a) < last_shown_frame(b);
-  };
-  const auto behind = garment.needs.begin() + static_cast<std::ptrdiff_t>(garment.front_need_count);
-  std::stable_sort(garment.needs.begin(), behind, earlier);
-  std::stable_sort(behind, garment.needs.end(), earlier);
-  const auto visit = [&](const auto& first, const auto& last, int part) {
-    const auto has_none = [&](const PatchNeed& need) { return last_shown_frame(need) == 0; };
-    const auto shown = std::find_if_not(first, last, has_none);
-    const auto end = shown + (last - shown + part - 1) / part;
-    garment.visits.insert(garment.visits.end(), first, end);
+  // longest, and of these patches that are large or in the middle of the picture.
+  const auto visit = [&](std::size_t first, std::size_t end, int part) {
+    std::vector<std::tuple<std::uint64_t, float, std::size_t>> all;
+    for (std::size_t i = first; i < end; ++i) {
+      const PatchSide patch = garment.needs[i].patch;
+      const auto& [image, last_frame] = garment.shown[patch];
+      const bool is_there = image != 0 && page.atlas.find(image, 0) != 0;
+      all.emplace_back(is_there ? last_frame : 0, off_middle(garment.camera, patches[patch / 2]), i);
+    }
+    std::ranges::sort(all);
+    const auto shown = std::ranges::find_if(all, [](const auto& each) { return std::get<0>(each) != 0; });
+    const auto count = shown - all.begin() + (all.end() - shown + part - 1) / part;
+    for (const auto& each : std::span(all).first(static_cast<std::size_t>(count)))
+      garment.visits.push_back(garment.needs[std::get<2>(each)]);
   };
   const bool moves = garment.options.cells.remade_fraction < 1;
   garment.visits.clear();
-  visit(garment.needs.begin(), behind, moves ? visits_of_front : 1);
+  visit(0, garment.front_need_count, moves ? visits_of_front : 1);
   garment.front_visit_count = garment.visits.size();
-  visit(behind, garment.needs.end(), moves ? visits_behind : 1);
+  visit(garment.front_need_count, garment.needs.size(), moves ? visits_behind : 1);
 }
 
 /// The first entry of a free run of this length in the table.
@@ -484,12 +492,9 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
     options.levels.footprint_pixels = 2;
     // Fewer samples than later frames want, which make these images again.
     options.cells.samples_per_pixel_side = 0.49F * in.samples;
-    options.cells.patches = {.max_side_pixels = 128,
-                             .max_side_repeats = 32,
-                             .max_turn_degree_pixels = 1e4F,
-                             .max_turn_degrees = 60,
-                             .max_outline_pixels = 128,
-                             .max_offset_pixels = 32};
+    options.cells.patches.max_side_repeats = 32;
+    options.cells.patches.max_turn_degree_pixels = 1e4F;
+    options.cells.patches.max_outline_pixels = 24;
   }
   garment.smooth_light.coefficients = in.around;
   garment.smooth_light =
