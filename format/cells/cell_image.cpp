@@ -256,6 +256,11 @@ void filter(const CellView& view, CellScratch& scratch, CellImage& image) {
 
 }  // namespace
 
+float height_step(const Yarns& yarns, float reference) {
+  const Yarns::Geometry inside = yarns.geometry();
+  return std::max({inside.max_z - reference, reference - inside.min_z, 1e-9F}) / 127;
+}
+
 CellSize cell_size(const V2f& pixel, float samples) {
   CellSize size;
   const auto set = [&](int axis) {
@@ -315,10 +320,7 @@ void fill_heights(const CellYarn& yarn, const YarnPieces& pieces, const DepthGri
   for (const YarnCurve& curve : yarn.yarns().data().curves)
     along_v.push_back(runs_along_v(curve, yarn.yarns().period()));
   constexpr float most = 127;
-  const Yarns::Geometry inside = yarn.yarns().geometry();
-  image.height_step =
-      std::max({inside.max_z - yarn.reference_height(), yarn.reference_height() - inside.min_z, 1e-9F}) /
-      most;
+  image.height_step = height_step(yarn.yarns(), yarn.reference_height());
   image.heights.resize(image.plane_texels());
   std::int8_t* to = image.heights.data();
   std::int8_t last = 0;

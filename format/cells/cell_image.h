@@ -57,6 +57,9 @@ struct CellImage {
   std::size_t bytes() const { return texels.size() * sizeof(CellTexel) + heights.size(); }
 };
 
+/// CellImage::height_step of yarn, whose plane lies at `reference`, mm.
+float height_step(const Yarns& yarns, float reference);
+
 /// A hair that an image shows.
 struct SeenHair {
   std::int32_t piece = 0;

@@ -98,18 +98,19 @@ export async function drawn(file, view, lights, environment, { frames = 1, tint 
   return { pixels: base64(pixels), ms, rest: (begin - asked) / 1000, shows: materials.map(({ shows }) => shows) };
 }
 
-/** Pictures as `drawn` has them of a garment on its way to rest, one after each message of the worker once all of it is in its fabric. */
+/** Pictures as `drawn` has them of a garment's first material on its way to rest, one after each message of the worker once it is shown. */
 export async function coming(file, view, lights) {
-  const { scene: garment, materials } = await load(file), scene = new Scene(), pictures = [];
+  const { scene: garment, materials: [material] } = await load(file), scene = new Scene(), pictures = [];
   const target = new RenderTarget(view.width, view.height, { type: FloatType });
   scene.add(garment, ...lights.map(light_of));
+  garment.traverse((object) => { object.visible = !object.isMesh || object.material === material; });
   renderer.setRenderTarget(target);
   const draw = () => {
     renderer.render(scene, camera_of(view));
-    if (materials.every(({ shows }) => shows === 'fabric')) pictures.push(read(renderer, target));
+    if (material.shows === 'fabric') pictures.push(read(renderer, target));
   };
   cell_images.addEventListener('change', draw);
-  await settle(scene, camera_of(view), materials);
+  await settle(scene, camera_of(view), [material]);
   cell_images.removeEventListener('change', draw);
   const all = await Promise.all(pictures);
   target.dispose();

@@ -1,7 +1,6 @@
 // The WebAssembly module of cell images (cells/module.cpp, fabrics.cpp): takes fabrics of the reader and garments, gives tiles of an
 // atlas. For one thread; in browsers the worker.
 import {Issue, LAYERS, SIDES, TRANSFER_VALUES, layer_channels, level_of_texels, pairs_at, read_layer} from './reader/index.js';
-import {TILE_NUMBERS} from './tiles.js';
 
 export class CellModule {
   #of;
@@ -70,7 +69,7 @@ export class CellModule {
   /** The variation of a fabric, as its shader has it: { keys, runs, numbers }. */
   variation(number) {
     const at = this.#of.variation_of(number), words = this.#words(at, 18);
-    return {keys: new Uint32Array(words.slice(0, 6)), runs: words.slice(6), numbers: this.#floats(at + 72, 14).slice()};
+    return {keys: new Uint32Array(words.slice(0, 6)), runs: words.slice(6), numbers: this.#floats(at + 72, 16).slice()};
   }
 
   /** [red, green, blue, alpha] of a query of the conformance kit. */
@@ -108,13 +107,13 @@ export class CellModule {
   /** Makes images of the next `count` patches. Returns how many are left. */
   make_images = (number, count) => this.#of.make_images(number, count);
   /**
-   * { first, entries, tiles, missing, wanted }: a garment's part of the table, all tiles, and of that many patches in front
-   * those without an image.
+   * { first, entries, tiles, missing, wanted }: a garment's part of the table, all tiles, and of the patches in sight those
+   * without an image.
    */
   table(number) {
     const [first, count, entries, tiles, numbers, missing, wanted] = this.#words(this.#of.table_of(number), 7);
     const table = new Uint16Array(this.#of.memory.buffer, entries, 2 * count).slice();
-    return {first, entries: table, tiles: this.#floats(numbers, TILE_NUMBERS * tiles).slice(), missing, wanted};
+    return {first, entries: table, tiles: new Uint32Array(this.#of.memory.buffer, numbers, 4 * tiles).slice(), missing, wanted};
   }
   remove_fabric = (number) => this.#of.remove_fabric(number);
   /** Gives a fabric the content of another one, whose repeat is as large and which is then gone. */

@@ -18,7 +18,7 @@ TileNumber Atlas::find(std::uint64_t image, std::uint64_t mark) {
 }
 
 TileNumber Atlas::add(std::uint64_t image, const V2i& size, std::uint64_t mark) {
-  if (size.x > width || size.y > rows_) return 0;
+  if (std::max(size.x, size.y) > width || size.y > rows_) return 0;
   const TileNumber tile = place(image, size);
   if (tile == 0) return 0;
   tiles_[tile].last_used = mark;

@@ -31,6 +31,7 @@ struct VariationNumbers {
   std::array<std::array<std::int32_t, 3>, 4> runs;  ///< rows, lengths, 2^log2_repeats
   std::array<V3f, 4> changes;                       ///< offset, change, and lengths of a repeat
   V2f fraction_along_v;                             ///< of yarn seen from in front and from behind
+  V2f relief;                                       ///< repeats along u and v of a step of CellImage::heights
 };
 
 }  // namespace
@@ -143,6 +144,7 @@ EXPORT(variation_of) const VariationNumbers* variation_of(std::uint32_t number) 
     result.changes[i] = {runs.offset, runs.amplitude,
                          std::ldexp(static_cast<float>(runs.lengths), -runs.log2_repeats)};
   }
+  if (yarns) result.relief = V2f(height_step(*yarns, sides.front->reference_height)) / yarns->period();
   result.fraction_along_v = {variation.along_v_fraction, behind ? behind->variation().along_v_fraction : 0};
   return &result;
 }

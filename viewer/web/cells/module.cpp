@@ -3,8 +3,11 @@
 // Fabrics, garments and tiles have numbers; a garment or tile that is removed leaves its number to another
 // one. Tile 0 is no tile. Coordinates are in the axes of their mesh, m.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <tuple>
+
+#include <Imath/half.h>
 
 #include "format/base/parallel.h"
 #include "format/scene/tangents.h"
@@ -54,7 +57,7 @@ struct TableNumbers {
   const std::uint16_t* entries;  ///< tiles of front and back
   std::uint32_t tile_count;
   const TileNumbers* tiles;
-  std::uint32_t missing, in_front;  ///< patches in front that have no image of their own, and all in front
+  std::uint32_t missing, wanted;  ///< patches in sight that have no image of their own, and all in sight
 };
 
 struct UploadNumbers {
@@ -89,8 +92,15 @@ void upload(const CellLook& look, TileNumber number) {
   for (std::size_t i = 0; look.heights != nullptr && i < texels; ++i)
     heights[first + i] = static_cast<std::uint8_t>(look.heights[i] + 128);
   page.tiles.resize(std::max<std::size_t>(page.tiles.size(), number + 1));
-  const V2f place(tile.place);
-  page.tiles[number] = {place.x, place.y, look.size, look.scale, look.inverse_brightness, look.parallax};
+  const auto whole = [](float x) { return static_cast<std::uint32_t>(std::lround(x)); };
+  const auto half = [](float x) { return std::uint32_t{Imath::half(x).bits()}; };
+  const auto x = static_cast<std::uint32_t>(tile.place.x), y = static_cast<std::uint32_t>(tile.place.y);
+  const Group& size = look.size;
+  page.tiles[number] = {
+      x | y / 8 << 11 | whole(size[0]) << 21,
+      whole(size[1]) | whole(4 * size[2]) << 11 | std::bit_cast<std::uint32_t>(look.scale) >> 23 << 24,
+      whole(4 * size[3]) | half(look.scale * look.inverse_brightness) << 13,
+      half(look.parallax[0]) | half(look.parallax[1]) << 16};
 }
 
 /// Bytes of all garments' images in sight as fine as wanted.
@@ -284,14 +294,15 @@ void mark_visible(Garment& garment) {
   garment.memory_bytes = page.fill_fraction * static_cast<double>(page.image_memory_bytes) *
                          (all > 0 ? garment.needed_bytes / all : 1);
   // Images that are shown stay; first come patches without an image, then those that were not looked at for
-  // longest, and of these patches that are large or in the middle of the picture.
+  // longest, while it moves; and of these patches that are large or in the middle of the picture.
+  const bool moves = garment.options.cells.remade_fraction < 1;
   const auto visit = [&](std::size_t first, std::size_t end, int part) {
     std::vector<std::tuple<std::uint64_t, float, std::size_t>> all;
     for (std::size_t i = first; i < end; ++i) {
       const PatchSide patch = garment.needs[i].patch;
       const auto& [image, last_frame] = garment.shown[patch];
       const bool is_there = image != 0 && page.atlas.find(image, 0) != 0;
-      all.emplace_back(is_there ? last_frame : 0, off_middle(garment.camera, patches[patch / 2]), i);
+      all.emplace_back(moves && is_there ? last_frame : 0, off_middle(garment.camera, patches[patch / 2]), i);
     }
     std::ranges::sort(all);
     const auto shown = std::ranges::find_if(all, [](const auto& each) { return std::get<0>(each) != 0; });
@@ -299,7 +310,6 @@ void mark_visible(Garment& garment) {
     for (const auto& each : std::span(all).first(static_cast<std::size_t>(count)))
       garment.visits.push_back(garment.needs[std::get<2>(each)]);
   };
-  const bool moves = garment.options.cells.remade_fraction < 1;
   garment.visits.clear();
   visit(0, garment.front_need_count, moves ? visits_of_front : 1);
   garment.front_visit_count = garment.visits.size();
@@ -494,7 +504,7 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
     options.cells.samples_per_pixel_side = 0.49F * in.samples;
     options.cells.patches.max_side_repeats = 32;
     options.cells.patches.max_turn_degree_pixels = 1e4F;
-    options.cells.patches.max_outline_pixels = 24;
+    options.cells.patches.max_outline_pixels = 20;
   }
   garment.smooth_light.coefficients = in.around;
   garment.smooth_light =
@@ -563,16 +573,15 @@ EXPORT(table_of) const TableNumbers* table_of(std::uint32_t number) {
   // Without those, its neighbours.
   for (std::size_t i = 2; i < 2 * chosen.size(); ++i) to[i] = to[i] != 0 ? to[i] : to[i - 2];
   for (std::size_t i = 2 * chosen.size(); i-- > 2;) to[i - 2] = to[i - 2] != 0 ? to[i - 2] : to[i];
-  std::uint32_t missing = 0;
-  for (std::size_t i = 0; i < garment.front_need_count; ++i)
-    missing += tile_of(garment.needs[i].patch / 2, garment.needs[i].patch % 2) == 0 ? 1 : 0;
+  const auto missing = std::ranges::count_if(
+      garment.needs, [&](const PatchNeed& need) { return tile_of(need.patch / 2, need.patch % 2) == 0; });
   result = {static_cast<std::uint32_t>(garment.first_table_entry),
             static_cast<std::uint32_t>(chosen.size()),
             to,
             static_cast<std::uint32_t>(page.tiles.size()),
             page.tiles.data(),
-            missing,
-            static_cast<std::uint32_t>(garment.front_need_count)};
+            static_cast<std::uint32_t>(missing),
+            static_cast<std::uint32_t>(garment.needs.size())};
   return &result;
 }
 

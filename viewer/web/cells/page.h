@@ -21,13 +21,10 @@ struct ChartNumbers {
   float columns, rows;              ///< of the chart
 };
 
-/// A tile as the shader reads it.
-struct TileNumbers {
-  float x, y;
-  Group size;  ///< CellLook::size
-  float scale, brightness;
-  Group parallax;
-};
+/// A tile as the shader reads it, from the lowest bit on: 11 of its column, 10 of an eighth of its row, 11
+/// and 11 of a repeat's texels, 13 of four times its first u; 8 of the exponent of its scale; 13 of its first
+/// v; halves of its scale by its brightness, and of the slope of its rays.
+using TileNumbers = std::array<std::uint32_t, 4>;
 
 struct LoadedFabric {
   Fabric fabric;

@@ -1,20 +1,20 @@
 // Cell images of the fabrics on a page, as its worker makes them: an atlas of tiles, the table by which the shader finds a
 // place's tile, and what each tile is of. One for all scenes, and for any number of renderers.
 import {
-  BufferAttribute, BufferGeometry, DataTexture, EventDispatcher, FloatType, Matrix4, REVISION, RGBAFormat, RGIntegerFormat, UnsignedIntType, Vector2,
+  BufferAttribute, BufferGeometry, DataTexture, EventDispatcher, Matrix4, REVISION, RGBAIntegerFormat, RGIntegerFormat, UnsignedIntType, Vector2,
   Vector3, Vector4
 } from 'three';
 import {ask_worker, add_listener, send_to_worker} from '../background.js';
-import {TILE_TABLE_WIDTH, ATLAS_WIDTH} from '../tiles.js';
+import {ATLAS_WIDTH} from '../tiles.js';
 import {frame_of, lights_of, numbers_of_lamp} from './lights.js';
 
 /** Attributes of a mesh, by which a place finds its entry of the table (cells/module.cpp). */
 export const CHART_ATTRIBUTES = ['fabric_chart', 'fabric_chart_size'];
 
-function texture_of(data, width, height, format, type) {
-  const texture = new DataTexture(data, width, height, format, type);
+function texture_of(data, format) {
+  const channels = format === RGIntegerFormat ? 2 : 4, texture = new DataTexture(data, ATLAS_WIDTH, data.length / channels / ATLAS_WIDTH, format, UnsignedIntType);
   // three.js 0.160 and 0.161 have no name for it; WebGPU has another one.
-  if (format === RGIntegerFormat && Number.parseInt(REVISION, 10) < 162) texture.internalFormat = 'RG32UI';
+  if (Number.parseInt(REVISION, 10) < 162) texture.internalFormat = channels === 2 ? 'RG32UI' : 'RGBA32UI';
   texture.needsUpdate = true;
   return texture;
 }
@@ -113,8 +113,8 @@ class CellImages extends EventDispatcher {
     this.supersample = 1;
     this.uniforms = {
       // WebGPU has no textures of numbers of 16 bits.
-      cell_table: {value: texture_of(new Uint32Array(2 * ATLAS_WIDTH), ATLAS_WIDTH, 1, RGIntegerFormat, UnsignedIntType)},
-      cell_tiles: {value: texture_of(new Float32Array(4 * TILE_TABLE_WIDTH), TILE_TABLE_WIDTH, 1, RGBAFormat, FloatType)},
+      cell_table: {value: texture_of(new Uint32Array(2 * ATLAS_WIDTH), RGIntegerFormat)},
+      cell_tiles: {value: texture_of(new Uint32Array(4 * ATLAS_WIDTH), RGBAIntegerFormat)},
     };
     add_listener((message) => this.#take(message));
   }
@@ -313,17 +313,17 @@ class CellImages extends EventDispatcher {
       return;
     }
     const {cell_table, cell_tiles} = this.uniforms;
-    const grown = (uniform, length, width, Numbers, channels, format, type) => {
-      const {data} = uniform.value.image, rows = Math.ceil(length / channels / width);
-      if (data.length >= channels * width * rows) return data;
+    const grown = (uniform, length, channels) => {
+      const {image: {data}, format} = uniform.value, row = channels * ATLAS_WIDTH;
+      if (data.length >= length) return data;
       uniform.value.dispose();
-      const more = new Numbers(channels * width * rows);
+      const more = new Uint32Array(row * Math.ceil(length / row));
       more.set(data);
-      uniform.value = texture_of(more, width, rows, format, type);
+      uniform.value = texture_of(more, format);
       return more;
     };
-    grown(cell_table, 2 * first + entries.length, ATLAS_WIDTH, Uint32Array, 2, RGIntegerFormat, UnsignedIntType).set(entries, 2 * first);
-    grown(cell_tiles, tiles.length, TILE_TABLE_WIDTH, Float32Array, 4, RGBAFormat, FloatType).set(tiles);
+    grown(cell_table, 2 * first + entries.length, 2).set(entries, 2 * first);
+    grown(cell_tiles, tiles.length, 4).set(tiles);
     cell_table.value.needsUpdate = cell_tiles.value.needsUpdate = true;
     this.#has_uploads = true;
     for (const {renderer: known, atlas, handle} of this.#renderers) {

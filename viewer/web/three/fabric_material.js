@@ -57,7 +57,7 @@ export const fabric_material = (Base) => class extends Base {
       cell_brighter: {value: 2},
       varied_keys: {value: new Uint32Array(6)},
       varied_runs: {value: new Int32Array(12)},
-      varied_numbers: {value: new Float32Array(14)},
+      varied_numbers: {value: new Float32Array(16)},
     };
     /** The level that is shown everywhere; -1: by the size of a pixel. */
     this.level = -1;

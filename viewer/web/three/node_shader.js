@@ -2,11 +2,11 @@
 import {Matrix3, Vector3} from 'three';
 import {
   If, attribute, cameraViewMatrix, clamp, cross, dot, faceDirection, float, floor, fract, int, inverseSqrt, ivec2, ivec4, max, min,
-  mix, normalize, positionView, positionViewDirection, select, sqrt, texture, textureSize, uint, uniform, uniformArray, uv, uvec2, uvec4,
-  varying, vec2, vec3, vec4
+  mix, normalize, positionView, positionViewDirection, select, sqrt, texture, textureSize, uint, uintBitsToFloat, uniform, uniformArray,
+  unpackHalf2x16, uv, uvec2, uvec4, varying, vec2, vec3, vec4
 } from 'three/tsl';
 import {MAX_LAMPS} from '../environment.js';
-import {TILE_TABLE_WIDTH, TILE_NUMBERS, ATLAS_WIDTH} from '../tiles.js';
+import {ATLAS_WIDTH} from '../tiles.js';
 
 const zeros = (count) => Array.from({length: count}, () => 0), vectors = () => Array.from({length: MAX_LAMPS}, () => new Vector3());
 const matrix = () => uniform(new Matrix3()), number = () => uniform(0);
@@ -14,7 +14,7 @@ const matrix = () => uniform(new Matrix3()), number = () => uniform(0);
 /** The nodes of a material by the names of its uniforms, whose values set_nodes() takes. */
 export const nodes_of = (textures) => ({
   fabric_transform: matrix(), cell_beyond: number(), cell_albedo: uniform(new Vector3()), cell_brighter: number(),
-  varied_keys: uniformArray(zeros(6), 'uint'), varied_runs: uniformArray(zeros(12), 'int'), varied_numbers: uniformArray(zeros(14), 'float'),
+  varied_keys: uniformArray(zeros(6), 'uint'), varied_runs: uniformArray(zeros(12), 'int'), varied_numbers: uniformArray(zeros(16), 'float'),
   around_brightness: matrix(), soft_brightness: matrix(), around_from_world: matrix(), around_lamp_count: uniform(0, 'int'),
   around_lamp_directions: uniformArray(vectors()), around_lamp_irradiances: uniformArray(vectors()),
   kept_mask_transform: matrix(), kept_normal_transform: matrix(), kept_tint_texture_transform: matrix(), kept_mask_cutoff: number(),
@@ -97,10 +97,10 @@ function variation_of({varied_keys, varied_runs, varied_numbers}) {
     If(along_v.greaterThan(0), () => { of_v.assign(varied_along(1, place.yx, seen_at_once(1, pixel.yx))); });
     return mix(of_u, of_v, along_v);
   };
-  return {place_of, varied, has_both: run(0, 0).mul(run(1, 0)).greaterThan(int(0)), of_sides: [varied_numbers.element(12), varied_numbers.element(13)]};
+  return {place_of, varied, has_both: run(0, 0).mul(run(1, 0)).greaterThan(int(0)), number: (i) => varied_numbers.element(i)};
 }
 
-const at_texel = (node, texel, width) => node.load(ivec2(texel.mod(int(width)), texel.div(int(width)))).toVar();
+const at_texel = (node, texel) => node.load(ivec2(texel.mod(int(ATLAS_WIDTH)), texel.div(int(ATLAS_WIDTH)))).toVar();
 const floor_mod = (x, y) => x.sub(y.mul(floor(x.div(y))));
 
 /**
@@ -125,25 +125,23 @@ export function look_up(nodes, {lay, names, parts}, normal, is_known) {
   if (!is_known) return {...shown, sum, brighter, brightest, change};
   const [chart, cells] = ['vec4', 'vec2'].map((type, k) => varying(attribute(names[k], type)).setInterpolation('flat', 'first'));
   const cell = clamp(ivec2(floor(fabric_uv.sub(chart.yz).mul(chart.w))), ivec2(0), ivec2(cells).sub(ivec2(1))).toVar();
-  const tiles = at_texel(nodes.cell_table, int(chart.x).add(cell.y.mul(int(cells.x))).add(cell.x).toVar(), ATLAS_WIDTH);
+  const tiles = at_texel(nodes.cell_table, int(chart.x).add(cell.y.mul(int(cells.x))).add(cell.x).toVar());
   const tile = int(select(front, tiles.x, tiles.y)).toVar();
   If(tile.greaterThan(int(0)), () => {
-    const [of_place, of_light, relief] = [0, 1, 2].map((k) => at_texel(nodes.cell_tiles, tile.mul(int(TILE_NUMBERS / 4)).add(int(k)).toVar(), TILE_TABLE_WIDTH));
-    const place = variation.place_of(fabric_uv, pixel), size = of_place.zw;
-    const at = fract(place).mul(vec2(1, -1)).add(vec2(0, 1)).mul(size).sub(of_light.xy).toVar();
+    const numbers = at_texel(nodes.cell_tiles, tile), bits = (c, first, mask) => float(numbers[c].shiftRight(uint(first)).bitAnd(uint(mask)));
+    const corner = vec2(bits('x', 0, 2047), bits('x', 8, 8184)).toVar(), size = vec2(bits('x', 21, 2047), bits('y', 0, 2047)).toVar();
+    const scale = uintBitsToFloat(numbers.y.shiftRight(uint(24)).shiftLeft(uint(23))).toVar(), place = variation.place_of(fabric_uv, pixel);
+    const at = fract(place).mul(vec2(1, -1)).add(vec2(0, 1)).mul(size).sub(vec2(bits('y', 11, 8191), bits('z', 0, 8191)).mul(0.25)).toVar();
     const view = vec3(dot(positionViewDirection, tangent), dot(positionViewDirection, y), dot(positionViewDirection, normal)).toVar();
-    const height_at = (texel) => nodes.cell_heights.load(ivec2(texel)).r.mul(255);
-    const step = height_at(of_place.xy.add(floor_mod(at, size)).add(0.5)).toVar();
-    const steps = select(step.greaterThan(0.5), step.sub(128), float(0));
-    at.addAssign(clamp(view.xy.div(max(view.z, 1 / 32)).sub(relief.xy), -1, 1).mul(relief.zw).mul(steps));
-    at.assign(floor_mod(at, size));
-    const texel = of_place.xy.add(at).add(0.5).toVar();
+    const height = int(nodes.cell_heights.load(ivec2(corner.add(floor_mod(at, size)).add(0.5))).r.mul(255).add(0.5)).toVar(), is_known = height.greaterThan(int(0));
+    const relief = vec2(variation.number(14), variation.number(15)).mul(size).mul(select(is_known, float(height).sub(128), float(0)));
+    at.addAssign(clamp(view.xy.div(max(view.z, 1 / 32)).sub(unpackHalf2x16(numbers.w)), -1, 1).mul(relief));
+    const texel = corner.add(floor_mod(at, size)).add(0.5);
     sum.assign(nodes.cell_atlas.sample(texel.div(vec2(textureSize(nodes.cell_atlas, int(0))))).level(0));
-    sum.rgb.mulAssign(of_light.z);
-    brighter.assign(of_light.w);
+    sum.rgb.mulAssign(scale);
+    brighter.assign(unpackHalf2x16(numbers.z.shiftRight(uint(13))).x.div(scale));
     brightest.assign(nodes.cell_brighter);
-    const yarn = select(variation.has_both, int(height_at(texel).add(0.5)), int(0)).toVar();
-    const along_v = select(yarn.greaterThan(int(0)), float(yarn.bitAnd(int(1))), select(front, ...variation.of_sides)).toVar();
+    const along_v = select(is_known.and(variation.has_both), float(height.bitAnd(int(1))), select(front, variation.number(12), variation.number(13))).toVar();
     change.assign(variation.varied(along_v, place, pixel));
   });
   return {...shown, sum, brighter, brightest, change};

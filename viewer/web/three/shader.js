@@ -5,7 +5,7 @@ import {SMOOTH_LIGHT_INTEGRALS, MAX_LAMPS} from '../environment.js';
 import {parts_fragment_code, parts_vertex_code} from './garment_parts.js';
 import {VERTEX_LIGHT} from './lights.js';
 import {CHART_ATTRIBUTES} from './cell_images.js';
-import {TILE_TABLE_WIDTH, TILE_NUMBERS, ATLAS_WIDTH} from '../tiles.js';
+import {ATLAS_WIDTH} from '../tiles.js';
 
 const VERTEX_NAMES = `
 #if FABRIC_UV_SET == 1 || defined(KEPT_UV1)
@@ -83,8 +83,8 @@ ${['dithering', 'uv', 'color', 'emissivemap', 'aomap', 'fog', 'normal', 'logdept
 ${SHADOWED}
 
 // Cell images of the worker (cell_images.js).
-uniform sampler2D cell_atlas, cell_heights, cell_tiles;
-uniform highp usampler2D cell_table;
+uniform sampler2D cell_atlas, cell_heights;
+uniform highp usampler2D cell_table, cell_tiles;
 uniform vec3 cell_albedo;     // of the fabric, its mean
 uniform float cell_beyond;    // fraction of the light of one side that the other side gets
 uniform float cell_brighter;  // bound on a place's brightness over its image's
@@ -138,23 +138,20 @@ void add_rectangle(const in RectAreaLight light, const in vec3 position, const i
 #define RE_Direct_RectArea add_rectangle
 #endif
 
+#define AT(entry) ivec2(entry % ${ATLAS_WIDTH}, entry / ${ATLAS_WIDTH})
 // The tile at a place, from one side; 0: none.
 int tile_at(vec2 uv, int side) {
   if (chart_cells.x < 1.0) return 0;  // the mesh is not known yet
   ivec2 cell = clamp(ivec2(floor((uv - of_chart.yz) * of_chart.w)), ivec2(0), ivec2(chart_cells) - 1);
   int entry = int(of_chart.x) + cell.y * int(chart_cells.x) + cell.x;
-  uvec4 tiles = texelFetch(cell_table, ivec2(entry % ${ATLAS_WIDTH}, entry / ${ATLAS_WIDTH}), 0);
+  uvec4 tiles = texelFetch(cell_table, AT(entry), 0);
   return int(side == 0 ? tiles.x : tiles.y);
-}
-vec4 number_of_tile(int tile, int k) {
-  int at = ${TILE_NUMBERS / 4} * tile + k;
-  return texelFetch(cell_tiles, ivec2(at % ${TILE_TABLE_WIDTH}, at / ${TILE_TABLE_WIDTH}), 0);
 }
 
 // Variation beyond the repeat: the twin of format/fabric/variation.h. Its runs of yarn: changes along u and v, places along u and v.
 uniform uint varied_keys[6];
 uniform int varied_runs[12];  // rows, lengths, the repeats that have them: a power of 2
-uniform float varied_numbers[14];  // offset, change and lengths of a repeat of each; fractions of yarn along v, front and back
+uniform float varied_numbers[16];  // offset, change and lengths of a repeat of each; fractions of yarn along v, front and back; relief
 #define RUN(i) ivec3(varied_runs[3 * i], varied_runs[3 * i + 1], varied_runs[3 * i + 2])
 #define NUMBERS(i) vec3(varied_numbers[3 * i], varied_numbers[3 * i + 1], varied_numbers[3 * i + 2])
 #ifdef IN_SOFTWARE
@@ -270,24 +267,23 @@ void main() {
   float brighter = 1.0, brightest = 1e9, change = 1.0;
   int tile = tile_at(fabric_uv, fabric_side > 0.0 ? 0 : 1);
   if (tile > 0) {
-    vec4 of_place = number_of_tile(tile, 0), of_light = number_of_tile(tile, 1), relief = number_of_tile(tile, 2);
+    uvec4 numbers = texelFetch(cell_tiles, AT(tile), 0);  // TileNumbers
+    vec2 corner = vec2(numbers.x & 2047u, (numbers.x >> 8) & 8184u), size = vec2(numbers.x >> 21, numbers.y & 2047u);
+    float scale = uintBitsToFloat((numbers.y >> 24) << 23);
     vec2 pixel = sqrt(uv_right * uv_right + uv_top * uv_top), place = place_of(fabric_uv, pixel);
     vec2 at = (place - floor(place)) * vec2(1.0, -1.0) + vec2(0.0, 1.0);
-    at = at * of_place.zw - of_light.xy;
+    at = at * size - 0.25 * vec2((numbers.y >> 11) & 8191u, numbers.z & 8191u);
     // The yarn there stands out of the plane, and rays of the image came from another side.
     vec3 view = (isOrthographic ? vec3(0.0, 0.0, 1.0) : normalize(vViewPosition)) * frame;
-    ivec2 nearest = ivec2(of_place.xy + mod(at, of_place.zw) + 0.5);
-    float steps = texelFetch(cell_heights, nearest, 0).r * 255.0;
-    steps = steps > 0.5 ? steps - 128.0 : 0.0;
-    at += clamp(view.xy / max(view.z, 1.0 / 32.0) - relief.xy, -1.0, 1.0) * relief.zw * steps;
-    at = mod(at, of_place.zw);
-    sum = textureLod(cell_atlas, (of_place.xy + at + 0.5) / vec2(textureSize(cell_atlas, 0)), 0.0);
-    sum.rgb *= of_light.z;
-    brighter = of_light.w;
+    int height = int(texelFetch(cell_heights, ivec2(corner + mod(at, size) + 0.5), 0).r * 255.0 + 0.5);
+    vec2 relief = vec2(varied_numbers[14], varied_numbers[15]) * size * float(height > 0 ? height - 128 : 0);
+    at += clamp(view.xy / max(view.z, 1.0 / 32.0) - unpackHalf2x16(numbers.w), -1.0, 1.0) * relief;
+    sum = textureLod(cell_atlas, (corner + mod(at, size) + 0.5) / vec2(textureSize(cell_atlas, 0)), 0.0);
+    sum.rgb *= scale;
+    brighter = unpackHalf2x16(numbers.z >> 13).x / scale;
     brightest = cell_brighter;
     // Odd steps are yarn along v, where there is both.
-    int of_yarn = varied_runs[0] * varied_runs[3] > 0 ? int(texelFetch(cell_heights, ivec2(of_place.xy + at + 0.5), 0).r * 255.0 + 0.5) : 0;
-    float along_v = of_yarn > 0 ? float(of_yarn & 1) : fabric_side > 0.0 ? varied_numbers[12] : varied_numbers[13];
+    float along_v = height > 0 && varied_runs[0] * varied_runs[3] > 0 ? float(height & 1) : fabric_side > 0.0 ? varied_numbers[12] : varied_numbers[13];
     change = varied(along_v, place, pixel);
   }
 #ifdef FABRIC_KEEPS_OPACITY
