@@ -112,8 +112,8 @@ export class CellModule {
    */
   table(number) {
     const [first, count, entries, tiles, numbers, missing, wanted] = this.#words(this.#of.table_of(number), 7);
-    const table = new Uint16Array(this.#of.memory.buffer, entries, 2 * count).slice();
-    return {first, entries: table, tiles: new Uint32Array(this.#of.memory.buffer, numbers, 4 * tiles).slice(), missing, wanted};
+    const words = (at, count) => new Uint32Array(this.#of.memory.buffer, at, count).slice();
+    return {first, entries: words(entries, count), tiles: words(numbers, 4 * tiles), missing, wanted};
   }
   remove_fabric = (number) => this.#of.remove_fabric(number);
   /** Gives a fabric the content of another one, whose repeat is as large and which is then gone. */

@@ -1,7 +1,7 @@
 // Cell images of the fabrics on a page, as its worker makes them: an atlas of tiles, the table by which the shader finds a
 // place's tile, and what each tile is of. One for all scenes, and for any number of renderers.
 import {
-  BufferAttribute, BufferGeometry, DataTexture, EventDispatcher, Matrix4, REVISION, RGBAIntegerFormat, RGIntegerFormat, UnsignedIntType, Vector2,
+  BufferAttribute, BufferGeometry, DataTexture, EventDispatcher, Matrix4, REVISION, RGBAIntegerFormat, RedIntegerFormat, UnsignedIntType, Vector2,
   Vector3, Vector4
 } from 'three';
 import {ask_worker, add_listener, send_to_worker} from '../background.js';
@@ -12,9 +12,9 @@ import {frame_of, lights_of, numbers_of_lamp} from './lights.js';
 export const CHART_ATTRIBUTES = ['fabric_chart', 'fabric_chart_size'];
 
 function texture_of(data, format) {
-  const channels = format === RGIntegerFormat ? 2 : 4, texture = new DataTexture(data, ATLAS_WIDTH, data.length / channels / ATLAS_WIDTH, format, UnsignedIntType);
+  const channels = format === RedIntegerFormat ? 1 : 4, texture = new DataTexture(data, ATLAS_WIDTH, data.length / channels / ATLAS_WIDTH, format, UnsignedIntType);
   // three.js 0.160 and 0.161 have no name for it; WebGPU has another one.
-  if (Number.parseInt(REVISION, 10) < 162) texture.internalFormat = channels === 2 ? 'RG32UI' : 'RGBA32UI';
+  if (Number.parseInt(REVISION, 10) < 162) texture.internalFormat = channels === 1 ? 'R32UI' : 'RGBA32UI';
   texture.needsUpdate = true;
   return texture;
 }
@@ -113,7 +113,7 @@ class CellImages extends EventDispatcher {
     this.supersample = 1;
     this.uniforms = {
       // WebGPU has no textures of numbers of 16 bits.
-      cell_table: {value: texture_of(new Uint32Array(2 * ATLAS_WIDTH), RGIntegerFormat)},
+      cell_table: {value: texture_of(new Uint32Array(ATLAS_WIDTH), RedIntegerFormat)},
       cell_tiles: {value: texture_of(new Uint32Array(4 * ATLAS_WIDTH), RGBAIntegerFormat)},
     };
     add_listener((message) => this.#take(message));
@@ -322,7 +322,7 @@ class CellImages extends EventDispatcher {
       uniform.value = texture_of(more, format);
       return more;
     };
-    grown(cell_table, 2 * first + entries.length, 2).set(entries, 2 * first);
+    grown(cell_table, first + entries.length, 1).set(entries, first);
     grown(cell_tiles, tiles.length, 4).set(tiles);
     cell_table.value.needsUpdate = cell_tiles.value.needsUpdate = true;
     this.#has_uploads = true;

@@ -125,8 +125,8 @@ export function look_up(nodes, {lay, names, parts}, normal, is_known) {
   if (!is_known) return {...shown, sum, brighter, brightest, change};
   const [chart, cells] = ['vec4', 'vec2'].map((type, k) => varying(attribute(names[k], type)).setInterpolation('flat', 'first'));
   const cell = clamp(ivec2(floor(fabric_uv.sub(chart.yz).mul(chart.w))), ivec2(0), ivec2(cells).sub(ivec2(1))).toVar();
-  const tiles = at_texel(nodes.cell_table, int(chart.x).add(cell.y.mul(int(cells.x))).add(cell.x).toVar());
-  const tile = int(select(front, tiles.x, tiles.y)).toVar();
+  const tiles = at_texel(nodes.cell_table, int(chart.x).add(cell.y.mul(int(cells.x))).add(cell.x).toVar()).x;
+  const tile = int(select(front, tiles.bitAnd(uint(65535)), tiles.shiftRight(uint(16)))).toVar();
   If(tile.greaterThan(int(0)), () => {
     const numbers = at_texel(nodes.cell_tiles, tile), bits = (c, first, mask) => float(numbers[c].shiftRight(uint(first)).bitAnd(uint(mask)));
     const corner = vec2(bits('x', 0, 2047), bits('x', 8, 8184)).toVar(), size = vec2(bits('x', 21, 2047), bits('y', 0, 2047)).toVar();

@@ -76,7 +76,7 @@ export function sort_triangles(object, geometry, camera, {displacementMap}) {
   let surface = surfaces.get(geometry);
   if (surface?.position !== position || surface.version !== position.version)
     surfaces.set(geometry, surface = surface_of(geometry));
-  const {corners, firsts, spheres, bones, sorted, seen, depths, ends} = surface, rows = depth_rows(object, camera);
+  const {corners, firsts, spheres, bones, sorted, seen, depths, ends} = surface, rows = depth_rows(object, camera), to = sorted.array;
   const now = `${rows} ${to_clip.elements}`;
   if (now === surface.last) return true;
   surface.last = now;
@@ -87,8 +87,8 @@ export function sort_triangles(object, geometry, camera, {displacementMap}) {
   for (let c = 0; c < firsts.length - 1; ++c) {
     const px = spheres[4 * c], py = spheres[4 * c + 1], pz = spheres[4 * c + 2], radius = spheres[4 * c + 3];
     if (planes.some(({normal: {x, y, z}, constant}) => x * px + y * py + z * pz + constant < -radius)) continue;
-    const [x, y, z, one] = rows[bones ? bones[c] : 0];
-    depths[n] = x * px + y * py + z * pz + one;
+    const row = rows[bones ? bones[c] : 0];
+    depths[n] = row[0] * px + row[1] * py + row[2] * pz + row[3];
     least = Math.min(least, depths[n]);
     most = Math.max(most, depths[n]);
     seen[n++] = c;
@@ -99,7 +99,7 @@ export function sort_triangles(object, geometry, camera, {displacementMap}) {
   for (let i = 0; i < PLACES; ++i) ends[i + 1] += ends[i];
   for (let i = 0; i < n; ++i) {
     const place = place_of(i), end = firsts[seen[i] + 1];
-    for (let from = firsts[seen[i]]; from < end; ++from) sorted.array[ends[place]++] = corners[from];
+    for (let from = firsts[seen[i]]; from < end; ++from) to[ends[place]++] = corners[from];
   }
   Object.assign(surface, {least, most, scale, count: ends[PLACES]});
   sorted.clearUpdateRanges();

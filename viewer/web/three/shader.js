@@ -144,8 +144,8 @@ int tile_at(vec2 uv, int side) {
   if (chart_cells.x < 1.0) return 0;  // the mesh is not known yet
   ivec2 cell = clamp(ivec2(floor((uv - of_chart.yz) * of_chart.w)), ivec2(0), ivec2(chart_cells) - 1);
   int entry = int(of_chart.x) + cell.y * int(chart_cells.x) + cell.x;
-  uvec4 tiles = texelFetch(cell_table, AT(entry), 0);
-  return int(side == 0 ? tiles.x : tiles.y);
+  uint tiles = texelFetch(cell_table, AT(entry), 0).x;
+  return int(side == 0 ? tiles & 65535u : tiles >> 16);
 }
 
 // Variation beyond the repeat: the twin of format/fabric/variation.h. Its runs of yarn: changes along u and v, places along u and v.
