@@ -114,6 +114,7 @@ struct Renderer::State {
   std::vector<ShadowMap> shadow_maps;
   std::optional<Floor> floor;        ///< found on first use
   std::optional<SkyVisibility> sky;  ///< found on first use; without directions if memory is short
+  bool is_sky_old = false;           ///< of another shape
   SmoothLight around;                ///< of `vertex_lights`
   std::vector<SmoothLight> vertex_lights;
   std::shared_ptr<const Environment> reflected;  ///< by `reflections`
@@ -161,9 +162,16 @@ struct Renderer::State {
             "light from all around has no shadows: the scene has more than 2^20 triangles, or does not fit "
             "into "
             "--max-memory");
-      sky = fits ? sky_visibility(scene.mesh, casting()) : SkyVisibility{};
+      sky.emplace();
+      if (fits) *sky = sky_visibility(scene.mesh, casting());
     }
     if (sky->directions.empty()) return {};
+    // Maps of a whole sky take longer than a frame that moves.
+    if (is_sky_old && options.cells.remade_fraction == 1) {
+      *sky = sky_visibility(scene.mesh, casting());
+      vertex_lights.clear();
+      is_sky_old = false;
+    }
     if (vertex_lights.empty() || around != *options.smooth_light) {
       around = *options.smooth_light;
       vertex_lights = light_at_vertices(*sky, around);
@@ -231,22 +239,30 @@ struct Renderer::State {
 
   /// Makes everything that depends on the vertices.
   void prepare_scene(const Scene& source) {
-    path.reset();
-    occluders.reset();
     shadowed.clear();
     shadow_maps.clear();
     floor.reset();
-    sky.reset();
-    vertex_lights.clear();
-    remarks.clear();
     // Coordinates relative to the scene's centre keep their precision in float.
     Imath::Box3d bounds;
     for (const V3d& point : value_or_throw(world_points(source))) bounds.extendBy(point);
     scene.origin = bounds.center();
     const std::vector<Surface> surfaces = value_or_throw(build_surfaces(source, scene.origin));
-    scene.materials = value_or_throw(materials_of(source, surfaces, scene.fabrics.size(), remarks));
-    scene.mesh = merge(surfaces);
+    MergedSurfaces mesh = merge(surfaces);
     own_tints = tints_of(source);
+    if (path && scene.mesh.differs_by_shape(mesh)) {
+      scene.mesh = std::move(mesh);
+      path->update_shape();
+      is_sky_old = true;
+      return;
+    }
+    path.reset();
+    occluders.reset();
+    sky.reset();
+    is_sky_old = false;
+    vertex_lights.clear();
+    remarks.clear();
+    scene.materials = value_or_throw(materials_of(source, surfaces, scene.fabrics.size(), remarks));
+    scene.mesh = std::move(mesh);
     textures = std::make_unique<PictureTextures>(gl, scene_memory);
     path = std::make_unique<FrameRenderer>(gl, scene, size, kind);
   }

@@ -40,8 +40,9 @@ class Renderer {
   Result<void> draw(const Camera& camera, const DrawOptions& options, std::span<const Tints> tints,
                     std::vector<Frame>& frames, RenderStats& stats);
 
-  /// Replaces the scene by one with other vertices and materials, of the same pictures and fabrics, as if the
-  /// object had been created with it. After an error, draw only after a successful replacement.
+  /// Replaces the scene by one with other vertices, of the same materials and fabrics, as if the object had
+  /// been created with it; while it moves (CellImageOptions::remade_fraction), light from all around keeps
+  /// the shadows that it had. After an error, draw only after a successful replacement.
   Result<void> replace(const Scene& scene);
 
   /// Changes the frame's size, not meshes and fabrics. After an error, draw only after a successful resize.

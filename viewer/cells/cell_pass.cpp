@@ -90,6 +90,13 @@ CellPass::CellPass(const PreparedScene& scene)
   });
 }
 
+void CellPass::update_shape() {
+  if (store_.patches().empty()) return;
+  store_.update_shape(scene_.origin);
+  brightness_.clear();
+  parallel_each(outline_rises_.size(), chunk, [&](std::size_t i) { outline_rises_[i] = outline_rise(i); });
+}
+
 void CellPass::begin(const FrameView& view, bool shows, int supersample, std::span<const ShadowMap> shadows,
                      const ProjectedVertices& projected) {
   active_ = shows && !store_.patches().empty();

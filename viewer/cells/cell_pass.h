@@ -32,6 +32,8 @@ class CellPass {
  public:
   /// `scene` must outlive the object.
   explicit CellPass(const PreparedScene& scene);
+  /// Takes another shape of the scene's mesh (MergedSurfaces::differs_by_shape()).
+  void update_shape();
 
   /// Begins a frame. The arguments must outlive it. `shows`: whether it shows cell images.
   void begin(const FrameView& view, bool shows, int supersample, std::span<const ShadowMap> shadows,

@@ -482,8 +482,8 @@ std::vector<CellStore::Work*> CellStore::order(std::span<Work> all) {
   double allowed = options_.remade_fraction < 1 ? std::min(allowance_, 0.0) : 0;
   std::vector<Work*> order;
   for (Work& work : all) {
-    // Images that turned less look the same.
-    if (work.outdated > (options_.remade_fraction < 1 ? 0.25F : 1e-3F)) order.push_back(&work);
+    // Images of moving frames that turned less look the same.
+    if (work.outdated > (options_.remade_fraction < 1 ? 0.25F : 0)) order.push_back(&work);
     // A patch that another call of this frame has seen counts once.
     if (kept_[work.patch] && kept_[work.patch]->used >= frame_) continue;
     const V2f& pixel_width_texels = work.wanted.pixel_width_texels;

@@ -109,7 +109,10 @@ class CellStore {
 
   const Patches& patches() const { return patches_; }
   /// Takes another shape of the mesh. Images stay as long as they are not outdated.
-  void update_shape() { patches_.update_shape(mesh_); }
+  void update_shape(const V3d& origin = {0, 0, 0}) {
+    origin_ = origin;
+    patches_.update_shape(mesh_);
+  }
   /// Takes another fabric of the same repeat in place of the only one, and forgets all images.
   void exchange_fabric(const FabricSides& fabric, const CellStore* shared);
   /// CellLights::brightness(): of yarn, and of cloth that lets light through.

@@ -28,6 +28,8 @@ class FrameRenderer {
         cells_(scene) {}
 
   void resize(const FrameSize& size);
+  /// Takes another shape of the scene's mesh; all but positions, normals and tangents are as they were.
+  void update_shape() { cells_.update_shape(); }
   /// Fills all pixels of `frames`, one for each of the view's tints, which have the size of the last resize()
   /// already; adds to `stats`. The context must be current whenever a function of the path is called, the
   /// destructor included.

@@ -1,6 +1,7 @@
 // Merges the surfaces of a scene into one mesh, projects it, and lists triangles by their place in a frame.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -18,6 +19,7 @@ struct MergedTriangle {
   float handedness = 1;             ///< w of the corners' tangents (surfaces.h)
   V2f whole_repeats{0, 0};          ///< repeats that their coordinates lack
   bool has_degenerate_uvs = false;  ///< Tangents::degenerate_uvs
+  bool operator==(const MergedTriangle&) const = default;
 };
 
 struct MergedSurfaces {
@@ -35,6 +37,13 @@ struct MergedSurfaces {
   /// without them, empty if all surfaces lack them.
   std::vector<std::vector<V2f>> extra_uvs;
   std::vector<V4f> colors;
+  /// Whether all but positions, normals and tangents is the same.
+  bool differs_by_shape(const MergedSurfaces& other) const {
+    return triangles == other.triangles && extra_uvs == other.extra_uvs && colors == other.colors &&
+           std::ranges::equal(attributes, other.attributes, [](const auto& a, const auto& b) {
+             return a[0][3] == b[0][3] && a[1][3] == b[1][3];
+           });
+  }
 
  private:
   static V3f xyz(const Group& g) { return {g[0], g[1], g[2]}; }
