@@ -83,6 +83,19 @@ test_show_hides_the_panel_and_takes_the_fabrics_away_by_keys() {
   holds 'r.width < 600 && r.fabrics[0] === 0' report.json
 }
 
+test_show_plays_a_clip_and_pauses_it() {
+  need_screen
+  make_cloth
+  write_slide
+  selvedge dress slide.gltf k.fabric.exr -o slide.glb --all --quiet
+  with_window slide.glb -- 'key space' 'key greater' 'key greater' 'key less' 'sleep 2' 'key s'
+  holds '!r.clip.plays && r.clip.time > 0 && r.message === "saved slide-1.png"' report.json
+  node -p 'JSON.parse(fs.readFileSync("report.json")).command' >command
+  bash command
+  compare-pictures slide-1.png picture.png --json >compared.json
+  holds 'r.psnr > 45' compared.json
+}
+
 test_show_swaps_fabrics() {
   need_screen
   make_cloth

@@ -79,7 +79,9 @@ void ShowPicture::load(const ShowState& state) {
 
 /// Moves everything to the time of the state.
 void ShowPicture::pose(const ShowState& state) {
+  is_posed_ = false;
   if (!motion_ || (state.clip == posed_clip_ && state.clip_time == posed_time_)) return;
+  is_posed_ = true;
   if (state.clip != posed_clip_) value_or_throw(motion_->choose(std::to_string(state.clip)));
   posed_clip_ = state.clip;
   posed_time_ = state.clip_time;
@@ -126,6 +128,8 @@ void ShowPicture::draw(const ShowState& state) {
   if (motion_) widen_clipping_depths(box_corners(value_or_throw(world_points(scene_))), drawn_.camera);
   options_.levels = state.levels;
   options_.cells = moving_cell_images;
+  // All yarn turns, not what a camera passes.
+  if (is_posed_) options_.cells.remade_fraction = 0.75F;
   options_.cells.memory_bytes = state.image_memory_bytes / sides().size();
   set_light(state);
   options_.lights = drawn_.lights = lights_in_world(state, drawn_.camera);

@@ -97,6 +97,7 @@ class ShowPicture {
   std::optional<Motion> motion_;
   int posed_clip_ = 0;
   double posed_time_ = 0;
+  bool is_posed_ = false;           ///< by this frame
   std::array<ShownSide, 2> sides_;  ///< ShowState::worn and ShowState::compared_fabrics
   bool two_ = false;                ///< the second is shown
   std::vector<Fabric> fabrics_;
