@@ -129,7 +129,7 @@ void ShowPicture::draw(const ShowState& state) {
   options_.levels = state.levels;
   options_.cells = moving_cell_images;
   // All yarn turns, not what a camera passes.
-  if (is_posed_) options_.cells.remade_fraction = 0.75F;
+  if (is_posed_) options_.cells.remade_fraction = 1;
   options_.cells.memory_bytes = state.image_memory_bytes / sides().size();
   set_light(state);
   options_.lights = drawn_.lights = lights_in_world(state, drawn_.camera);
