@@ -9,4 +9,11 @@ void add_verbs(Program& program) {
     add(program);
 }
 
+int run_selvedge(int argc, const char* const* argv) {
+  Program program("selvedge", "Selvedge makes fabric files from stitches and dresses glTF garments in them",
+                  "Each verb has its own --help with an example. Pictures are drawn by selvedge-view.");
+  add_verbs(program);
+  return program.run(argc, argv);
+}
+
 }  // namespace selvedge

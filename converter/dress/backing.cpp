@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "converter/dress/charts.h"
 #include "converter/dress/fabric_source.h"
+#include "converter/dress/flatten.h"
 #include "format/gltf/access.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/geometry.h"

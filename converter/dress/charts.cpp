@@ -353,33 +353,6 @@ class Cutter {
 
 }  // namespace
 
-std::vector<std::uint32_t> weld(const std::vector<V3d>& positions, double tolerance) {
-  using Cell = std::array<double, 3>;
-  const double side = tolerance > 0 ? 4 * tolerance : 1e-9;
-  const auto cell_of = [&](const V3d& p) {
-    return Cell{std::floor(p.x / side), std::floor(p.y / side), std::floor(p.z / side)};
-  };
-  std::multimap<Cell, std::uint32_t> cells;  // with the first ones
-  std::vector<std::uint32_t> first;
-  for (std::uint32_t i = 0; i < positions.size(); ++i) {
-    std::set<Cell> around;
-    for (const unsigned corner : {0U, 1U, 2U, 3U, 4U, 5U, 6U, 7U}) {
-      const V3d way(corner & 1U ? 1 : -1, corner & 2U ? 1 : -1, corner & 4U ? 1 : -1);
-      around.insert(cell_of(positions[i] + tolerance * way));
-    }
-    first.push_back(i);
-    for (const Cell& cell : around) {
-      for (auto [at, end] = cells.equal_range(cell); at != end; ++at) {
-        const V3d away = positions[at->second] - positions[i];
-        if (std::max({std::abs(away.x), std::abs(away.y), std::abs(away.z)}) <= tolerance)
-          first[i] = std::min(first[i], at->second);
-      }
-    }
-    if (first[i] == i) cells.emplace(cell_of(positions[i]), i);
-  }
-  return first;
-}
-
 Charts cut_into_charts(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles,
                        const V3d& down, double& top) {
   return Cutter(positions, triangles, down).cut(top);

@@ -29,7 +29,4 @@ struct Charts {
 Charts cut_into_charts(const std::vector<V3d>& positions, const std::vector<std::uint32_t>& triangles,
                        const V3d& down, double& top);
 
-/// For each position the index of the first one that is no farther along any axis than `tolerance`.
-std::vector<std::uint32_t> weld(const std::vector<V3d>& positions, double tolerance = 0);
-
 }  // namespace selvedge

@@ -22,4 +22,7 @@ std::vector<V2d> flatten(const ClothPanel& panel);
 /// the area.
 V2d area_weighted_gradient(const ClothPanel& panel, const std::vector<V2d>& plane, const V3d& direction);
 
+/// For each position the index of the first one that is no farther along any axis than `tolerance`.
+std::vector<std::uint32_t> weld(const std::vector<V3d>& positions, double tolerance = 0);
+
 }  // namespace selvedge

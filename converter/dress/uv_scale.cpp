@@ -9,7 +9,7 @@
 #include <limits>
 #include <unordered_map>
 
-#include "converter/dress/charts.h"
+#include "converter/dress/flatten.h"
 #include "format/scene/framing.h"
 
 namespace selvedge {

@@ -15,8 +15,6 @@
 #include <optional>
 #include <utility>
 
-#include "format/base/input_file.h"
-
 namespace selvedge {
 
 namespace {
@@ -131,12 +129,6 @@ Result<void> AtomicFile::commit() {
   return {};
 }
 
-Result<void> commit_all(std::vector<AtomicFile> files) {
-  for (AtomicFile& file : files)
-    if (auto good = file.commit(); !good) return good;
-  return {};
-}
-
 Result<AtomicFile> stage_file(const std::string& path, std::span<const std::uint8_t> bytes) {
   auto file = AtomicFile::create(path);
   if (!file) return file;
@@ -146,29 +138,6 @@ Result<AtomicFile> stage_file(const std::string& path, std::span<const std::uint
   const bool closed = opened && std::fclose(out) == 0;
   if (!written || !closed) return fail(Code::file_unwritable, path, {}, reason());
   return file;
-}
-
-Result<void> write_file(const std::string& path, std::span<const std::uint8_t> bytes) {
-  auto file = stage_file(path, bytes);
-  if (!file) return tl::unexpected(file.error());
-  return file->commit();
-}
-
-Result<void> write_file(const std::string& path, const std::string& text) {
-  return write_file(path, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
-}
-
-Result<std::string> read_file(const std::string& path, std::uintmax_t limit) {
-  const Result<InputFile> file = InputFile::open(path);
-  if (!file) return tl::unexpected(file.error());
-  if (file->size() > limit) {
-    return fail(Code::file_too_large, path, {}, fmt::format("larger than {} bytes", limit));
-  }
-  std::string text(file->size(), '\0');
-  if (!file->read(0, {reinterpret_cast<std::uint8_t*>(text.data()), text.size()})) {
-    return fail(Code::file_unreadable, path, {}, reason());
-  }
-  return text;
 }
 
 }  // namespace selvedge

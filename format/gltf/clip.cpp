@@ -62,8 +62,8 @@ class Clip::Reader {
     const Json& target = member(json, "target");
     const std::string wanted = string_of(member(target, "path"));
     static constexpr std::array paths{"translation", "rotation", "scale", "weights"};
-    const auto* const path = std::ranges::find(paths, wanted);
-    if (path == paths.end()) {
+    const auto path = static_cast<std::size_t>(std::ranges::find(paths, wanted) - paths.begin());
+    if (path == paths.size()) {
       const std::string remark = fmt::format("animation channels of \"{}\" are not played", wanted);
       if (std::ranges::find(clip.remarks_, remark) == clip.remarks_.end()) clip.remarks_.push_back(remark);
       return;
@@ -71,7 +71,7 @@ class Clip::Reader {
     if (member(target, "node").is_null()) return;  // glTF: of an extension that is not read
     Channel channel;
     channel.node = index_of(member(target, "node"));
-    channel.path = *path;
+    channel.path = paths[path];
     const Json& node = reader_.entry("nodes", channel.node, place + "/target/node");
     if (wanted == "weights" && member(node, "mesh").is_null()) return;
     if (wanted != "weights" && !member(node, "matrix").is_null())
@@ -97,10 +97,10 @@ class Clip::Reader {
   void read_sampler(const Json& json, const std::string& place, Channel& channel) {
     const std::string name = json.contains("interpolation") ? string_of(json["interpolation"]) : "LINEAR";
     static constexpr std::array names{"STEP", "LINEAR", "CUBICSPLINE"};
-    const auto* const found = std::ranges::find(names, name);
-    if (found == names.end())
+    const auto found = std::ranges::find(names, name) - names.begin();
+    if (found == std::ssize(names))
       reader_.fail(Code::gltf_malformed, place + "/interpolation", fmt::format("\"{}\" is unknown", name));
-    channel.interpolation = static_cast<Interpolation>(found - names.begin());
+    channel.interpolation = static_cast<Interpolation>(found);
     channel.times = read_times(index_of(member(json, "input")), place + "/input");
     const std::string where = place + "/output";
     channel.values = numbers(index_of(member(json, "output")), where, Code::mesh_not_finite);

@@ -19,6 +19,7 @@
 
 #include "format/base/memory.h"
 #include "format/picture/chromaticities.h"
+#include "format/picture/module/stored_pixels.h"
 
 namespace selvedge {
 namespace {
@@ -88,53 +89,6 @@ std::vector<Layer> layers_of(OIIO::ImageInput& input) {
   return layers;
 }
 
-/// Linear colours of stored values. Those of 8 and 16 bits are few, and a power takes long.
-class Decoder {
- public:
-  explicit Decoder(const OIIO::ImageSpec& spec) {
-    if (spec.format == OIIO::TypeDesc::UINT8) known_.resize(1U << 8U, -1.0F);
-    if (spec.format == OIIO::TypeDesc::UINT16) known_.resize(1U << 16U, -1.0F);
-    largest_ = static_cast<float>(known_.size()) - 1;
-  }
-  float linear(float stored) {
-    if (known_.empty()) return srgb_to_linear(stored);
-    float& known = known_[static_cast<std::size_t>(std::lround(stored * largest_))];
-    if (known < 0) known = srgb_to_linear(stored);
-    return known;
-  }
-
- private:
-  float largest_ = 0;
-  std::vector<float> known_;
-};
-
-/// The number of `from` pixels along a side that fall on pixel `at` of `to`.
-std::int64_t count_on(std::int64_t at, std::int64_t from, std::int64_t to) {
-  return ((at + 1) * from + to - 1) / to - (at * from + to - 1) / to;
-}
-
-/// Adds row `y` of a file to the row of a smaller picture on which it falls.
-void add_row(const std::vector<float>& line, std::int64_t y, const OIIO::ImageSpec& spec, Image& image) {
-  const std::int64_t first = y * image.height / spec.height * image.width * 4;
-  image.pixels.resize(first + std::int64_t{4} * image.width);
-  const float* from = line.data();
-  for (std::int64_t x = 0; x < image.width; ++x) {
-    float* pixel = &image.pixels[first + 4 * x];
-    for (std::int64_t left = count_on(x, spec.width, image.width); left > 0; --left, from += 4)
-      for (int c = 0; c < 4; ++c) pixel[c] += from[c];
-  }
-}
-
-void divide_by_counts(Image& image, const OIIO::ImageSpec& spec) {
-  for (std::int64_t y = 0; y < image.height; ++y) {
-    const std::int64_t rows = count_on(y, spec.height, image.height);
-    for (std::int64_t x = 0; x < image.width; ++x) {
-      const auto count = static_cast<float>(rows * count_on(x, spec.width, image.width));
-      for (int c = 0; c < 4; ++c) image.pixels[(y * image.width + x) * 4 + c] /= count;
-    }
-  }
-}
-
 /// Some readers fail without a word, others with one for each channel.
 std::string exception_message(const OIIO::ImageInput& input) {
   const std::string text = input.geterror();
@@ -182,7 +136,8 @@ Result<std::vector<Image>> read_pixels(OIIO::ImageInput& input, std::size_t file
   const bool decode = transfer == Transfer::srgb && !spec.format.is_floating_point();
   // WebP's reader multiplies colours by alpha, whatever it is asked for.
   const bool multiplied = input.format_name() == std::string_view("webp");
-  Decoder decoder(spec);
+  Decoder decoder(spec.format == OIIO::TypeDesc::UINT8 ? 8 : spec.format == OIIO::TypeDesc::UINT16 ? 16 : 32);
+  const StoredSize whole{spec.width, spec.height};
   std::vector<float> stored(strip * spec.width * channels);
   std::vector<float> line(std::size_t{4} * spec.width);  // a row as it is in memory
   for (int first = 0; first < spec.height; first += strip) {
@@ -203,7 +158,7 @@ Result<std::vector<Image>> read_pixels(OIIO::ImageInput& input, std::size_t file
         }
         from += channels;
       }
-      for (Image& image : images) add_row(line, y, spec, image);
+      for (Image& image : images) add_row(line, y, whole, image);
     }
   }
   const auto* chromaticities =
@@ -214,7 +169,7 @@ Result<std::vector<Image>> read_pixels(OIIO::ImageInput& input, std::size_t file
       std::ranges::all_of(
           std::array{spec.x, spec.y, spec.full_x, spec.full_y, spec.full_width, spec.full_height}, is_small);
   for (Image& image : images) {
-    if (image.width < spec.width || image.height < spec.height) divide_by_counts(image, spec);
+    if (image.width < spec.width || image.height < spec.height) divide_by_counts(image, whole);
     if (chromaticities != nullptr && order[0] != order[1]) {
       Chromaticities given;
       std::copy_n(static_cast<const float*>(chromaticities->data()), given.size(), given.begin());
@@ -230,23 +185,6 @@ bool is_black(const Image& image) {
   for (std::size_t i = 0; i < image.pixels.size(); ++i)
     if (i % 4 < 3 && image.pixels[i] != 0) return false;
   return true;
-}
-
-/// The chunks of a PNG that its pixels need. Each of a thousand texts and profiles would be decompressed, to
-/// up to 8 MB, which no header declares.
-std::vector<std::uint8_t> without_texts(std::span<const std::uint8_t> png) {
-  constexpr std::size_t signature = 8;
-  constexpr std::size_t around = 12;  // a chunk's length, name and checksum
-  std::vector<std::uint8_t> kept(png.begin(), png.begin() + std::min(png.size(), signature));
-  for (png = png.subspan(kept.size()); png.size() >= around;) {
-    const std::size_t length = std::size_t{png[0]} << 24U | png[1] << 16U | png[2] << 8U | png[3];
-    const std::string_view type(reinterpret_cast<const char*>(&png[4]), 4);
-    const auto chunk = png.first(std::min(png.size(), length + around));
-    if (type == "IHDR" || type == "PLTE" || type == "tRNS" || type == "IDAT" || type == "IEND")
-      kept.insert(kept.end(), chunk.begin(), chunk.end());
-    png = png.subspan(chunk.size());
-  }
-  return kept;
 }
 
 /// Whether much more than the pixels is packed in a PNG: libpng unpacks all of it, a thousand times its

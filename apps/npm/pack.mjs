@@ -1,0 +1,20 @@
+// Adds the program to the folder of the npm package.
+//
+//   node pack.mjs MODULES FOLDER FILE...
+import { copyFileSync, existsSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { basename, join } from 'node:path';
+
+const [modules, folder, ...files] = process.argv.slice(2), here = import.meta.dirname ?? new URL('.', import.meta.url).pathname;
+const esbuild = createRequire(join(modules, 'node'))('esbuild');
+rmSync(folder, { recursive: true, force: true });
+mkdirSync(folder, { recursive: true });
+await esbuild.build({
+  entryPoints: [join(here, 'index.js'), join(here, 'cli.js')], outdir: folder, nodePaths: [modules], bundle: true, minify: true, splitting: true,
+  format: 'esm', platform: 'node', target: 'es2022', logLevel: 'error'
+});
+for (const file of files) copyFileSync(file, join(folder, basename(file)));
+const debian = ['libcli11-dev', 'libeigen3-dev', 'libexpected-dev', 'libfmt-dev', 'libimath-dev', 'libstb-dev', 'libxxhash-dev', 'nlohmann-json3-dev', 'libc++-19-dev-wasm32', 'wasi-libc'];
+const paths = [join(modules, 'pako/LICENSE'), join(modules, 'meshoptimizer/LICENSE.md'), ...debian.map((name) => `/usr/share/doc/${name}/copyright`)];
+const licences = paths.filter(existsSync).map((path) => `${path}\n\n${readFileSync(path, 'utf8')}`);
+writeFileSync(join(folder, 'LICENSES'), licences.join('\n\n'));

@@ -1,0 +1,42 @@
+// The functions that a host gives to a WebAssembly module; apps/npm/run.js has them. Bytes go by
+// address and count.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#define SELVEDGE_HOST(name) extern "C" [[clang::import_module("host"), clang::import_name(#name)]]
+
+namespace selvedge {
+
+/// Bytes of a file; host_missing, host_folder, or host_other: a device or a pipe.
+SELVEDGE_HOST(size) double host_size(const char* path, std::size_t count);
+inline constexpr double host_missing = -1;
+inline constexpr double host_folder = -2;
+/// Whether the bytes of a file from `offset` on fill `out`.
+SELVEDGE_HOST(read)
+bool host_read(const char* path, std::size_t count, double offset, std::uint8_t* out, std::size_t size);
+/// The value of errno with which the file cannot be written; 0: it can.
+SELVEDGE_HOST(refusal) int host_refusal(const char* path, std::size_t count);
+/// Keeps a whole file for host_commit(), with which it is one; it appears when the program has ended.
+SELVEDGE_HOST(stage)
+void host_stage(const char* path, std::size_t count, const std::uint8_t* bytes, std::size_t size);
+SELVEDGE_HOST(commit) void host_commit(const char* path, std::size_t count);
+/// Writes the names in a folder, each with '\0' behind it, to host_input().
+SELVEDGE_HOST(list) void host_list(const char* path, std::size_t count);
+SELVEDGE_HOST(progress) void host_progress(const char* label, std::size_t count, double fraction);
+/// Packs bytes as zlib 1.2.13 does at this level, or unpacks them (level -1), to `out`, which has room for
+/// `room`; returns how many, or -1 for damage or without room.
+SELVEDGE_HOST(pack)
+int host_pack(int level, const std::uint8_t* bytes, std::size_t count, std::uint8_t* out, std::size_t room);
+
+/// Decodes a stream of EXT_meshopt_compression: mode and filter by their numbers in meshopt.cpp's tables; 0:
+/// done.
+SELVEDGE_HOST(unpack_meshopt)
+int host_unpack_meshopt(int mode, int filter, std::size_t count, std::size_t stride,
+                        const std::uint8_t* bytes, std::size_t size, void* out);
+
+/// Bytes from the host, which asks for room by the exported function `input`.
+std::string& host_input();
+
+}  // namespace selvedge
