@@ -19,7 +19,9 @@ function(wasm_module name)
     -fno-trapping-math -ffp-contract=off -ffunction-sections -fdata-sections -DIMATH_HALF_NO_LOOKUP_TABLE
     -include ${PROJECT_SOURCE_DIR}/format/base/stand_ins.h -isystem ${headers} -I${PROJECT_SOURCE_DIR}
     -Wall -Wextra -Werror -Wno-psabi ${ARG_FLAGS})
+  set(libraries)
   if(ARG_CATCHES)
+    set(libraries -lwasi-emulated-process-clocks -lc-printscan-long-double)
     list(APPEND flags -fwasm-exceptions -D_WASI_EMULATED_PROCESS_CLOCKS -isystem ${PROJECT_SOURCE_DIR}/format/web/include)
   else()
     list(APPEND flags -fexceptions -fignore-exceptions)
@@ -51,5 +53,5 @@ function(wasm_module name)
   set(module ${CMAKE_CURRENT_BINARY_DIR}/${name}.wasm)
   add_custom_command(OUTPUT ${module} DEPENDS ${objects}
     COMMAND ${WASM_CLANG} --target=wasm32-wasi -mexec-model=reactor -fuse-ld=lld -O2 ${objects} -o ${module}
-      -Wl,--gc-sections -Wl,--strip-all -Wl,-z,stack-size=1048576 -lwasi-emulated-process-clocks -lc-printscan-long-double)
+      -Wl,--gc-sections -Wl,--strip-all -Wl,-z,stack-size=1048576 ${libraries})
 endfunction()

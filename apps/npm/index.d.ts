@@ -32,7 +32,7 @@ export interface Options {
   progress?: Host['progress'];
   [option: string]: Value | Record<string, Uint8Array> | Host['progress'] | undefined;
 }
-/** As `--json` prints it (docs/reports.md), and the exit status. */
+/** As `--json` prints it, and the exit status. */
 export interface Report {
   program: string;
   version: string;
