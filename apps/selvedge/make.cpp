@@ -247,17 +247,15 @@ double relative_cpu_time() {
 }
 
 /// Tells the cells of a chart or draft, and the time and bytes of its fabric, before the work: as measured on
-/// charts of 8 to 64 stitches, and drafts of 16 to 10,000 crossings (tests/bench/drafts).
-void report_estimate(const StitchSize& size, const MakeCommand& command, const BakeOptions& bake) {
+/// charts of 8 to 576 stitches, and drafts of 1,024 and 10,000 crossings.
+void report_estimate(const StitchSize& size, const MakeCommand& command) {
   constexpr int few = 8;
   if (size.crossing_count < few) return;
   const double cells = size.crossing_count;
-  const double texels = bake.width * bake.height;
-  const double draft_seconds = size.is_woven ? 1.2 + 0.005 * texels + 0.24 * std::sqrt(cells)
-                                             : 0.4 + 0.04 * std::sqrt(cells * size.length_radii);
-  const double longer = command.quality == "draft" ? 1 : size.is_woven ? 1.5 : 1.6;
-  const double seconds = relative_cpu_time() * longer * draft_seconds;
-  const double kilobytes = size.is_woven ? 0.55 * cells + 35 * std::sqrt(cells) : 11 * cells;
+  const double knit_seconds = 0.3 + 0.06 * std::sqrt(size.length_radii) + 0.00045 * size.length_radii;
+  const double longer = (command.quality == "draft" ? 0.7 : 1) * (size.is_woven ? 2 : 1);
+  const double seconds = relative_cpu_time() * longer * knit_seconds;
+  const double kilobytes = size.is_woven ? 0.6 * cells + 10 * std::sqrt(cells) : 8 * cells;
   report_remarks(
       command.common, command.input,
       {fmt::format("{} {}: about {:.0f} CPU seconds of this processor and {:.0f} KB", size.crossing_count,
@@ -275,7 +273,7 @@ Baked bake_cell(const MakeCommand& command) {
     value_or_throw(set_texels(size.min_texels, size.repeats, command.has_texels, command.input,
                               command.options.bake, options));
     if (!command.has_pair_rays) reduce_pair_samples(options);
-    report_estimate(size, command, options);
+    report_estimate(size, command);
   };
   cell_options.needs_stitch_mesh = options.indirect == IndirectLight::paths;
   const auto cell = [&] {
