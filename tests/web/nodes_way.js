@@ -13,6 +13,13 @@ export async function renderer_of() {
   renderer.shadowMap.enabled = true;
   return renderer;
 }
+/** Loses a renderer's graphics, and gives another one: three.js's draws no more. */
+export async function restore({ backend: { gl, device } }) {
+  gl?.getExtension('WEBGL_lose_context').loseContext();
+  device?.destroy();
+  await new Promise((end) => setTimeout(end, 50));
+  return renderer_of();
+}
 export async function read(renderer, target) {
   const { width, height } = target, given = await renderer.readRenderTargetPixelsAsync(target, 0, 0, width, height);
   if (renderer.coordinateSystem !== WebGPUCoordinateSystem && given.length === 4 * width * height) return given;

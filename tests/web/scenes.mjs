@@ -30,12 +30,14 @@ const VIEWS = {
   'both sides': { file: 'curtain.gltf', look_at: [0, 0, 0], distance: 0.3, azimuth: 160, elevation: 15, width: 80, height: 80, lights: [LIGHTS[0], BEHIND] },
   environment: { look_at: [0.05, 0.3, 0.12], distance: 0.4, azimuth: 20, elevation: 8, width: 80, height: 60, environment: 'sky.hdr', shades: true },
 };
+/** Shadow maps of three.js have other filters, and nothing to do with the fabric. */
+const SHADED = 38;
 /** What nodes are to draw as WebGLRenderer does: a mean of frames, since holes are another pattern in each. */
 const VIEWS_OF_NODES = {
   yarn: VIEWS.yarn, whole: VIEWS.whole,
   near: { ...VIEWS.yarn, distance: 0.4 },
   back: { ...VIEWS.whole, distance: 0.9, azimuth: 200, lights: [LIGHTS[0], BEHIND] },
-  sky: { ...VIEWS.environment, shades: false },
+  sky: { ...VIEWS.environment, shades: false }, environment: { ...VIEWS.environment, least: SHADED },
   holes: { ...VIEWS.holes, least: 34 }, 'both sides': { ...VIEWS['both sides'], least: 34 },
   tinted: { ...VIEWS.yarn, tint: [0.3, 0.6, 1.4] },
 };
@@ -54,8 +56,6 @@ const ALIKE = 40;
 const COMING = { ...VIEWS.whole, distance: 0.9, width: 640, height: 480 }, BLOCK = 24, COARSE = 0.03;
 /** Frames of a mean. */
 const FRAMES = 16;
-/** Shadow maps of three.js have other filters, and nothing to do with the fabric. */
-const SHADED = 38;
 const EXPOSURE = Math.PI, BACKGROUND = 0.18;
 
 rmSync(folder, { recursive: true, force: true });

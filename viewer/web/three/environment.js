@@ -73,7 +73,8 @@ export function environment_in_mesh_axes(uniforms, {elements: e}) {
 }
 
 const soft = vectors(9);
-const brightness_of = (factors) => factors.map(({x, y, z}, k) => (x + y + z) / 3 * SMOOTH_LIGHT_INTEGRALS[k]);
+/** The brightness of nine factors, vectors. */
+export const brightness_of = (factors) => factors.map(({x, y, z}, k) => (x + y + z) / 3 * SMOOTH_LIGHT_INTEGRALS[k]);
 
 /** Sets the uniforms to what lights a material in a scene from all around, `draw`: light_of()'s; whether anything does. */
 export function set_environment_uniforms(uniforms, material, scene, renderer, camera, draw) {

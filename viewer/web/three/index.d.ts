@@ -98,7 +98,7 @@ export class Surroundings {
   /** Lets a garment cast shadows; again after it has moved. */
   stand(garment: Object3D): void;
   /** Finds what it hides from itself, which takes some seconds. */
-  shade(renderer: WebGLRenderer, garment: Object3D): Promise<void>;
+  shade(renderer: Pick<WebGLRenderer, 'render'>, garment: Object3D): Promise<void>;
   /** Lights other materials than fabrics, too, if `reflects` is false: in software that takes a second or more. */
   reflect(): void;
   /** Radiance, the mean of all directions without the lamps. */

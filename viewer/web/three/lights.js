@@ -2,8 +2,8 @@
 import {Color, Vector3} from 'three';
 import {smooth_basis, smooth_factors} from '../environment.js';
 
-/** Attributes of Surroundings: nine colours, a vector of four numbers each but for the last. */
-export const VERTEX_LIGHT = Array.from({length: 7}, (_, k) => `around_vertex_${k}`);
+/** Attributes of Surroundings: nine brightnesses, a vector of three each. */
+export const VERTEX_LIGHT = [0, 1, 2].map((k) => `around_vertex_${k}`);
 
 const place = new Vector3(), other = new Vector3(), colour = new Color();
 

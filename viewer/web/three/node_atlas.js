@@ -8,7 +8,8 @@ import {attribute, cos, float, int, ivec2, pmremTexture, positionGeometry, sin, 
 import {ATLAS_WIDTH} from '../tiles.js';
 import {DRAWN_WIDTH, picture_of} from './environment.js';
 
-const camera = new OrthographicCamera(), handles = new WeakMap(), rows = uniform(1);
+/** An atlas of each renderer, which three.js would empty as soon as another one has it. */
+const atlases = new WeakMap(), camera = new OrthographicCamera(), rows = uniform(1), none = new DataTexture();
 
 /** Draws a mesh alone into a target, over what is there. */
 function draw_into(renderer, target, mesh) {
@@ -26,8 +27,8 @@ function draw_into(renderer, target, mesh) {
 const drawing = (members) => Object.assign(new NodeMaterial(), {depthTest: false, depthWrite: false, ...members});
 
 /** A target that tiles are drawn into, as quads of texels that lie one after the other in a texture. */
-function tiles_of(format, type, filter, Numbers, channels) {
-  const target = new RenderTarget(ATLAS_WIDTH, 1, {format, type, minFilter: filter, magFilter: filter, depthBuffer: false});
+function tiles_of(height, format, type, filter, Numbers, channels) {
+  const target = new RenderTarget(ATLAS_WIDTH, height, {format, type, minFilter: filter, magFilter: filter, depthBuffer: false});
   const staged = texture(new DataTexture(new Numbers(channels), 1, 1, format, type));
   // A tile: place, first texel, width.
   const tile = attribute('tile', 'vec4'), flat = varying(tile).setInterpolation('flat', 'first'), inside = ivec2(varying(positionGeometry.xy));
@@ -48,7 +49,6 @@ function tiles_of(format, type, filter, Numbers, channels) {
   };
   return {target, write};
 }
-const atlas = tiles_of(RGBAFormat, HalfFloatType, LinearFilter, Uint16Array, 4), heights = tiles_of(RedFormat, UnsignedByteType, NearestFilter, Uint8Array, 1);
 
 function quads_of(places) {
   const geometry = new BufferGeometry(), count = places.length / 4, tiles = new Float32Array(16 * count), corners = new Float32Array(12 * count), index = [];
@@ -67,21 +67,22 @@ function quads_of(places) {
 }
 
 export const node_atlas = {
-  uniforms: {cell_atlas: {value: atlas.target.texture}, cell_heights: {value: heights.target.texture}},
+  uniforms: (renderer) => Object.fromEntries(['cell_atlas', 'cell_heights'].map((name, i) => [name, {value: atlases.get(renderer)?.[i].target.texture ?? none}])),
   find_viewport(renderer, viewport) {
     const target = renderer.getRenderTarget();
     if (target) viewport.copy(target.viewport);
     else renderer.getViewport(viewport).multiplyScalar(renderer.getPixelRatio());
   },
-  handle: (renderer) => handles.get(renderer),
+  handle: (renderer) => atlases.get(renderer),
   begin(renderer, height) {
-    for (const {target} of [atlas, heights]) target.setSize(ATLAS_WIDTH, height);
     rows.value = height;
-    handles.set(renderer, {});
+    atlases.set(renderer, [
+      tiles_of(height, RGBAFormat, HalfFloatType, LinearFilter, Uint16Array, 4), tiles_of(height, RedFormat, UnsignedByteType, NearestFilter, Uint8Array, 1)
+    ]);
   },
   write(renderer, uploads) {
     if (uploads.places.length === 0) return;
-    const geometry = quads_of(uploads.places);
+    const geometry = quads_of(uploads.places), [atlas, heights] = atlases.get(renderer);
     atlas.write(renderer, uploads.halves, geometry);
     heights.write(renderer, uploads.heights, geometry);
     geometry.dispose();

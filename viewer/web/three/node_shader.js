@@ -7,6 +7,7 @@ import {
 } from 'three/tsl';
 import {MAX_LAMPS} from '../environment.js';
 import {ATLAS_WIDTH} from '../tiles.js';
+import {VERTEX_LIGHT} from './lights.js';
 
 const zeros = (count) => Array.from({length: count}, () => 0), vectors = () => Array.from({length: MAX_LAMPS}, () => new Vector3());
 const matrix = () => uniform(new Matrix3()), number = () => uniform(0);
@@ -18,7 +19,7 @@ export const nodes_of = (textures) => ({
   around_brightness: matrix(), soft_brightness: matrix(), around_from_world: matrix(), around_lamp_count: uniform(0, 'int'),
   around_lamp_directions: uniformArray(vectors()), around_lamp_irradiances: uniformArray(vectors()),
   kept_mask_transform: matrix(), kept_normal_transform: matrix(), kept_tint_texture_transform: matrix(), kept_mask_cutoff: number(),
-  kept_normal_scale: number(), kept_tint: uniform(new Vector3()),
+  kept_normal_scale: number(), around_strength: number(), kept_tint: uniform(new Vector3()),
   ...Object.fromEntries(Object.entries(textures).map(([name, {value}]) => [name, texture(value)])),
 });
 export function set_nodes(nodes, uniforms) {
@@ -147,10 +148,11 @@ export function look_up(nodes, {lay, names, parts}, normal, is_known) {
   return {...shown, sum, brighter, brightest, change};
 }
 
-/** The brightness of smooth light and lamps from all around. */
-export function brightness_around(nodes, normal, occlusion) {
+/** The brightness of smooth light, each vertex's where surroundings.js gives it, and lamps from all around. */
+export function brightness_around(nodes, normal, occlusion, has_vertex_light) {
   const of_world = vec3(...[0, 1, 2].map((k) => dot(cameraViewMatrix.element(int(k)).xyz, normal))), n = nodes.around_from_world.mul(of_world).toVar();
-  const [a, b, c] = [0, 1, 2].map((k) => nodes.around_brightness.element(int(k)).add(nodes.soft_brightness.element(int(k))).toVar());
+  const smooth = (k) => has_vertex_light ? varying(attribute(VERTEX_LIGHT[k], 'vec3')).mul(nodes.around_strength) : nodes.around_brightness.element(int(k));
+  const [a, b, c] = [0, 1, 2].map((k) => smooth(k).add(nodes.soft_brightness.element(int(k))).toVar());
   const bright = max(a.x.add(dot(vec3(a.yz, b.x), n)).add(dot(vec3(b.yz, c.x), n.xxy.mul(n.yzz))).add(c.y.mul(n.x.mul(n.x).sub(n.y.mul(n.y))))
     .add(c.z.mul(n.z.mul(n.z).mul(3).sub(1))), 0).toVar();
   for (let i = 0; i < MAX_LAMPS; ++i) {

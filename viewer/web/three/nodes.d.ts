@@ -1,7 +1,7 @@
 import {MeshPhysicalNodeMaterial} from 'three/webgpu';
 import {FabricMaterial as WebGLFabricMaterial} from './index.js';
 
-export {GarmentParts, Lay, LoadedFabric, SelvedgeFabric, Source, cell_images, plain_lay, use_memory, use_worker} from './index.js';
+export {GarmentParts, Lay, LoadedFabric, SelvedgeFabric, Source, Surroundings, cell_images, plain_lay, use_memory, use_worker} from './index.js';
 
 /** FabricMaterial of `selvedge/three` for a WebGPURenderer. */
 export class FabricMaterial extends MeshPhysicalNodeMaterial {

@@ -56,7 +56,7 @@ export class FabricMaterial extends fabric_material(MeshPhysicalNodeMaterial) {
   get sorts_holes() { return false; }
   provokes_first({backend}) { return backend.isWebGPUBackend === true; }
   make_nodes() {
-    this.nodes = nodes_of({...cell_images.uniforms, ...node_atlas.uniforms});
+    this.nodes = nodes_of({...cell_images.uniforms, ...node_atlas.uniforms()});
     this.before_each = new BeforeEach();
     /** What is added to the thresholds of holes: another one in each frame, so that frames average out. */
     this.hole_turn = uniform(0);
@@ -76,7 +76,7 @@ export class FabricMaterial extends fabric_material(MeshPhysicalNodeMaterial) {
     super.prepare(renderer, scene, camera, geometry, object);
     set_kept_textures(this.part_uniforms, this.parts);
     const {fabric_uniforms, around_uniforms, part_uniforms} = this;
-    set_nodes(this.nodes, {...fabric_uniforms, ...around_uniforms, ...part_uniforms, ...cell_images.uniforms, ...node_atlas.uniforms});
+    set_nodes(this.nodes, {...fabric_uniforms, ...around_uniforms, ...part_uniforms, ...cell_images.uniforms, ...node_atlas.uniforms(renderer)});
     this.hole_turn.value = frame_of(renderer) * (Math.sqrt(5) - 1) / 2 % 1;
   }
   setupDiffuseColor(builder) {
@@ -107,13 +107,13 @@ export class FabricMaterial extends fabric_material(MeshPhysicalNodeMaterial) {
     const is_lit = builder.renderer.lighting.enabled && lights.getScope().hasLights;
     const light = is_lit ? lightingContext(lights, new FabricLight(nodes, shown.normal), [], null, null) : vec3(0);
     const bright = dot(light, vec3(1 / 3)).toVar();
-    if (this.is_lit_around) bright.addAssign(brightness_around(nodes, shown.normal, this.aoMap ? materialAO : float(1)));
+    if (this.is_lit_around) bright.addAssign(brightness_around(nodes, shown.normal, this.aoMap ? materialAO : float(1), this.has_vertex_light));
     emissive.assign(materialEmissive);
     return outgoing_light(nodes, shown, bright, builder.object.isInstancedMesh).mul(shown.tint).add(emissive);
   }
   customProgramCacheKey() {
-    const {uuid, shows, names, keeps_opacity, is_lit_around} = this;
-    return [uuid, shows, names[0], keeps_opacity, is_lit_around].join(' ');
+    const {uuid, shows, names, keeps_opacity, is_lit_around, has_vertex_light} = this;
+    return [uuid, shows, names[0], keeps_opacity, is_lit_around, has_vertex_light].join(' ');
   }
 }
 export const SelvedgeFabric = plugin_of(FabricMaterial);
@@ -121,3 +121,4 @@ export {use_memory, use_worker} from '../background.js';
 export {cell_images} from './cell_images.js';
 export {LoadedFabric} from './fabric.js';
 export {plain_lay} from './fabric_material.js';
+export {Surroundings} from './surroundings.js';

@@ -1,7 +1,7 @@
 // The shaders of a material with a fabric: three.js's own vertex shader with coordinates of the fabric, and a fragment
 // shader that lights the fabric by three.js's lights, shadows, tone mapping and fog.
 import {ShaderChunk} from 'three';
-import {SMOOTH_LIGHT_INTEGRALS, MAX_LAMPS} from '../environment.js';
+import {MAX_LAMPS} from '../environment.js';
 import {parts_fragment_code, parts_vertex_code} from './garment_parts.js';
 import {VERTEX_LIGHT} from './lights.js';
 import {CHART_ATTRIBUTES} from './cell_images.js';
@@ -25,10 +25,8 @@ varying vec2 fabric_uv;
 flat varying vec4 of_chart;  // first entry of its table, first u and v, smallest patches along a repeat
 flat varying vec2 chart_cells;
 `;
-const LIGHT_NAMES = `${VERTEX_LIGHT.map((name) => `attribute vec4 ${name};\n`).join('')}varying mat3 brightness_of_vertex;\n`;
-const light_number = (k) => `${VERTEX_LIGHT[k >> 2]}[${k & 3}]`;
-const LIGHT_BODY = SMOOTH_LIGHT_INTEGRALS.map((weight, k) => `brightness_of_vertex[${Math.floor(k / 3)}][${k % 3}] =
-  (${light_number(3 * k)} + ${light_number(3 * k + 1)} + ${light_number(3 * k + 2)}) * ${weight / 3};\n`).join('');
+const LIGHT_NAMES = `attribute vec3 ${VERTEX_LIGHT};\nvarying mat3 brightness_of_vertex;\n`;
+const LIGHT_BODY = `brightness_of_vertex = mat3(${VERTEX_LIGHT});\n`;
 
 const VERTEX_BODY = `
   fabric_uv = (fabric_transform * vec3(fabric_coordinates, 1.0)).xy;

@@ -6,11 +6,12 @@
 //   await surroundings.shade(renderer, garment);            // it takes some seconds
 //   surroundings.set({turn: 30, strength: 1});
 import {
-  Box3, BufferAttribute, Color, DataTexture, DirectionalLight, DoubleSide, EquirectangularReflectionMapping,
-  Euler, FloatType, LinearFilter, Matrix3, Mesh, NearestFilter, OrthographicCamera, RGBAFormat, Scene, ShaderMaterial,
-  Sphere, Vector3, WebGLRenderTarget
+  Box3, Color, DataTexture, DirectionalLight, DoubleSide, EquirectangularReflectionMapping, Euler, FloatType, Fog, InterleavedBuffer,
+  InterleavedBufferAttribute, LinearFilter, MathUtils, Matrix3, Mesh, MeshBasicMaterial, NearestFilter, OrthographicCamera, RGBAFormat, Scene,
+  Sphere, Vector3, WebGLRenderTarget, WebGPUCoordinateSystem
 } from 'three';
 import {project_to_smooth_light, smooth_factors, smooth_basis, extract_lamps} from '../environment.js';
+import {brightness_of} from './environment.js';
 import {VERTEX_LIGHT} from './lights.js';
 
 const {PI, SQRT1_2, cos, floor, max, round, sin, sqrt} = Math;
@@ -24,14 +25,8 @@ const spiral = Array.from({length: DIRECTIONS}, (_, i) => {
   return new Vector3(planar * cos(angle), planar * sin(angle), z);
 });
 
-const depth_material = new ShaderMaterial({
-  side: DoubleSide,
-  vertexShader: 'void main() { gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }',
-  fragmentShader: `void main() {
-    vec3 digits = fract(gl_FragCoord.z * vec3(1.0, 255.0, 65025.0));
-    gl_FragColor = vec4(digits - digits.yzz * vec3(1.0 / 255.0, 1.0 / 255.0, 0.0), 1.0);
-  }`,
-});
+/** Black in white fog: all renderers of three.js draw depths so, smoothstep() of them. */
+const depth_material = new MeshBasicMaterial({color: 0, side: DoubleSide, toneMapped: false});
 
 /** The picture as three.js has environments, the first row the lowest. */
 function texture_of({width, height, radiance}) {
@@ -66,12 +61,12 @@ export class Surroundings {
   /** `reflects`: other materials than fabrics are lit by it, too, for which three.js needs a second or more. */
   constructor(scene, picture, {reflects = true} = {}) {
     const {lamps, rest} = extract_lamps(picture);
-    this.#factors = project_to_smooth_light(rest);
+    this.#factors = project_to_smooth_light(rest).map((factor) => new Vector3(...factor));
     this.#picture = picture;
     this.scene = scene;
     scene.userData.fabric_environment = texture_of(rest);
     /** Radiance, the mean of all directions without the lamps. */
-    this.mean = this.#factors[0].map((factor) => factor * smooth_basis(0, 0, 1)[0]);
+    this.mean = this.#factors[0].toArray().map((factor) => factor * smooth_basis(0, 0, 1)[0]);
     if (reflects) this.reflect();
     this.lamps = lamps.map(({direction, irradiance}) => {
       const light = new DirectionalLight();
@@ -147,31 +142,32 @@ export class Surroundings {
     this.#lit_at = turn;
     // In the axes of the environment.
     const parts = spiral.map(({x, y, z}) => {
-      const basis = smooth_basis(x * c - z * s, y, z * c + x * s), colours = [0, 1, 2];
-      const radiance = colours.map((k) => basis.reduce((sum, b, i) => sum + b * this.#factors[i][k], 0));
-      return smooth_factors(basis, 4 * PI / DIRECTIONS).flatMap((weight) => radiance.map((l) => l * weight));
+      const basis = smooth_basis(x * c - z * s, y, z * c + x * s), radiance = new Vector3();
+      basis.forEach((b, i) => radiance.addScaledVector(this.#factors[i], b));
+      return brightness_of(smooth_factors(basis, 4 * PI / DIRECTIONS).map((weight) => radiance.clone().multiplyScalar(weight)));
     });
     for (const {mesh, hidden} of this.#meshes) this.#light(mesh.geometry, hidden, parts);
   }
 
   /** Light at the vertices: the whole without what is hidden. */
   #light(geometry, hidden, parts) {
-    const count = hidden.length / DIRECTIONS, all = this.#factors.flat(), sums = new Float64Array(27);
-    const arrays = VERTEX_LIGHT.map((name) => {
-      const known = geometry.attributes[name];
-      if (!known) geometry.setAttribute(name, new BufferAttribute(new Float32Array(4 * count), 4));
-      geometry.attributes[name].needsUpdate = true;
-      return geometry.attributes[name].array;
-    });
+    const count = hidden.length / DIRECTIONS, all = brightness_of(this.#factors), sums = new Float64Array(9);
+    // One buffer: WebGPU has eight.
+    if (!geometry.attributes[VERTEX_LIGHT[0]]) {
+      const light = new InterleavedBuffer(new Float32Array(9 * count), 9);
+      VERTEX_LIGHT.forEach((name, k) => geometry.setAttribute(name, new InterleavedBufferAttribute(light, 3, 3 * k)));
+    }
+    const {data: light} = geometry.attributes[VERTEX_LIGHT[0]];
+    light.needsUpdate = true;
     for (let v = 0; v < count; ++v) {
       sums.set(all);
       for (let i = 0; i < DIRECTIONS; ++i) {
         const weight = hidden[v * DIRECTIONS + i] / 255;
         if (weight === 0) continue;
         const part = parts[i];
-        for (let k = 0; k < 27; ++k) sums[k] -= weight * part[k];
+        for (let k = 0; k < 9; ++k) sums[k] -= weight * part[k];
       }
-      for (let k = 0; k < 27; ++k) arrays[k >> 2][4 * v + (k & 3)] = sums[k];
+      light.array.set(sums, 9 * v);
     }
   }
 
@@ -179,6 +175,7 @@ export class Surroundings {
   async #look(renderer, garment) {
     const {sphere} = this, only = new Scene();
     only.background = new Color(1, 1, 1);
+    only.fog = new Fog(only.background, 0, 2 * sphere.radius);
     garment.traverse((mesh) => {
       if (!mesh.isMesh) return;
       const copy = new Mesh(mesh.geometry, depth_material);
@@ -186,33 +183,33 @@ export class Surroundings {
       copy.matrix.copy(mesh.matrixWorld);
       only.add(copy);
     });
-    const target = new WebGLRenderTarget(SKY_MAP, SKY_MAP, {minFilter: NearestFilter, magFilter: NearestFilter});
-    const bytes = new Uint8Array(4 * SKY_MAP ** 2), depths = new Float32Array(SKY_MAP ** 2);
+    const target = new WebGLRenderTarget(SKY_MAP, SKY_MAP, {type: FloatType, minFilter: NearestFilter, magFilter: NearestFilter});
+    const texels = new Float32Array(4 * SKY_MAP ** 2), is_from_top = renderer.coordinateSystem === WebGPUCoordinateSystem;
     for (const [i, direction] of spiral.entries()) {
       const camera = looking_from(direction, sphere), before = renderer.getRenderTarget();
       renderer.setRenderTarget(target);
       renderer.render(only, camera);
       renderer.setRenderTarget(before);
-      await (renderer.readRenderTargetPixelsAsync ?? renderer.readRenderTargetPixels).call(renderer, target, 0, 0, SKY_MAP, SKY_MAP, bytes);
-      for (let t = 0; t < depths.length; ++t)
-        depths[t] = (bytes[4 * t] + bytes[4 * t + 1] / 255 + bytes[4 * t + 2] / 65025) / 255;
-      for (const of of this.#meshes) this.#hide(of, i, depths, camera.matrixWorld);
+      const read = renderer.readRenderTargetPixelsAsync ?? renderer.readRenderTargetPixels;
+      const depths = await read.call(renderer, target, 0, 0, SKY_MAP, SKY_MAP, ...renderer.isWebGLRenderer ? [texels] : []) ?? texels;
+      for (const of of this.#meshes) this.#hide(of, i, depths, camera.matrixWorld, is_from_top);
     }
     target.dispose();
   }
 
   /** The fractions of light from a direction that are hidden from vertices, the mean of 3 x 3 lookups between the texels of the map. */
-  #hide({mesh, hidden}, i, depths, matrix) {
+  #hide({mesh, hidden}, i, depths, matrix, is_from_top) {
     const {center, radius} = this.sphere, texel = 2 * radius / SKY_MAP, direction = spiral[i];
     const {position, normal} = mesh.geometry.attributes, p = new Vector3(), n = new Vector3();
     const [right, up] = [0, 1].map((k) => new Vector3().setFromMatrixColumn(matrix, k));
     const of_normals = new Matrix3().getNormalMatrix(mesh.matrixWorld);
+    if (is_from_top) up.negate();
     for (let v = 0; v < position.count; ++v) {
       n.fromBufferAttribute(normal, v).applyNormalMatrix(of_normals);
       const cosine = n.dot(direction), sine = sqrt(max(0, 1 - cosine * cosine));
       p.fromBufferAttribute(position, v).applyMatrix4(mesh.matrixWorld).sub(center);
       p.addScaledVector(n, (cosine > 0 ? 1 : -1) * NORMAL_OFFSET * sine * texel).addScaledVector(direction, LIGHT_OFFSET * texel);
-      const z = (1 - p.dot(direction) / radius) / 2;
+      const z = MathUtils.smoothstep((1 - p.dot(direction) / radius) / 2, 0, 1);
       const x = p.dot(right) / texel + SKY_MAP / 2 - 0.5, y = p.dot(up) / texel + SKY_MAP / 2 - 0.5;
       const [left, low] = [floor(x), floor(y)], [a, b] = [x - left, y - low];
       if (left < 1 || low < 1 || left > SKY_MAP - 3 || low > SKY_MAP - 3) continue;
@@ -220,7 +217,7 @@ export class Surroundings {
       let sum = 0;
       for (let j = 0; j < 4; ++j)
         for (let k = 0; k < 4; ++k)
-          sum += depths[(low - 1 + j) * SKY_MAP + left - 1 + k] < z ? rows[j] * columns[k] / 9 : 0;
+          sum += depths[4 * ((low - 1 + j) * SKY_MAP + left - 1 + k)] < z ? rows[j] * columns[k] / 9 : 0;
       hidden[v * DIRECTIONS + i] = round(255 * sum);
     }
   }
