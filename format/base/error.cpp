@@ -57,7 +57,7 @@ std::span<const CodeRow> code_table() {
       {gltf_transform, warning, "GLTF_TRANSFORM", "Fabric and fallback do not lie alike on the surface."},
       {gltf_advice, warning, "GLTF_ADVICE", "Legal, but unwise: see the message."},
       {variant_unreached, warning, "VARIANT_UNREACHED",
-       "A tint asks for a colour that the fabric cannot reach: a dye takes light away."},
+       "A tint asks for a colour that the fabric cannot reach: its gloss would glow."},
       {material_missing, error, "MATERIAL_MISSING",
        "The garment has no material of that name, or none to work on."},
       {garment_no_uvs, error, "GARMENT_NO_UVS", "The material's triangles have no texture coordinates."},

@@ -37,8 +37,8 @@ TextureMapping read_texture_mapping(const Json& texture_info);
 /// Largest component of a tintFactor; cloth brighter than white is no cloth.
 inline constexpr double max_tint = 16;
 
-/// Cloth of mean `albedo` cannot reach the colour of a tint, as no dye makes it brighter, where the colours
-/// differ by more than 5 (CIEDE2000): a VARIANT_UNREACHED of a place, or nothing.
+/// A tint above 1 brightens the gloss of the fibres with the rest: where cloth of mean `albedo` owes more
+/// than 5 (CIEDE2000) of its colour to that, it glows: a VARIANT_UNREACHED of a place, or nothing.
 std::optional<Error> unreached_variant(const std::string& file, const std::string& place, const V3f& albedo,
                                        const V3f& tint);
 

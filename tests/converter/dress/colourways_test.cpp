@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "format/check/gltf.h"
+#include "format/gltf/fabric_extension.h"
 #include "format/gltf/read_scene.h"
 #include "tests/converter/workshop.h"
 #include "tests/require.h"
@@ -75,6 +76,21 @@ TEST_CASE("dress: a colourway that is brighter than the fabric is told, and has 
   CHECK(bright.issues[0].code == Code::variant_unreached);
   CHECK(bright.issues[0].place == "variant \"white\"");
   CHECK(tint_for_color(V3f(1, 0.5F, 0), V3f(0, 1, 0)) == V3f(16, 0.5F, 0));
+}
+
+TEST_CASE("dress: a pale fabric reaches pale colours, a dark one no bright ones") {
+  struct Case {
+    V3f cloth, color;
+    bool is_reached;
+  };
+  const V3f knit(0.39F, 0.34F, 0.27F), jeans(0.09F, 0.10F, 0.14F), navy(0.035F, 0.045F, 0.09F);
+  const V3f white(0.9F, 0.9F, 0.9F), cream(0.89F, 0.79F, 0.63F), sky(0.19F, 0.35F, 0.58F);
+  const V3f red(0.35F, 0.009F, 0.009F), ink(0.02F, 0.03F, 0.06F);
+  for (const auto& [cloth, color, is_reached] :
+       {Case{knit, white, true}, Case{knit, cream, true}, Case{knit, sky, true}, Case{knit, red, true},
+        Case{jeans, ink, true}, Case{jeans, cream, false}, Case{jeans, sky, false}, Case{jeans, red, false},
+        Case{navy, ink, true}, Case{navy, sky, false}, Case{navy, red, false}})
+    CHECK(unreached_variant("", "", cloth, color / cloth).has_value() == !is_reached);
 }
 
 TEST_CASE("dress: a colourway in another fabric has its repeats and its fallback") {
