@@ -166,8 +166,9 @@ struct Renderer::State {
       if (fits) *sky = sky_visibility(scene.mesh, casting());
     }
     if (sky->directions.empty()) return {};
-    // Maps of a whole sky take longer than a frame that moves.
-    if (is_sky_old && options.cells.remade_fraction == 1) {
+    // Maps of a whole sky take longer than a frame that moves, unless they show little.
+    constexpr std::size_t few_triangles = 1 << 12;
+    if (is_sky_old && (!options.cells.moves || scene.mesh.triangles.size() <= few_triangles)) {
       *sky = sky_visibility(scene.mesh, casting());
       vertex_lights.clear();
       is_sky_old = false;

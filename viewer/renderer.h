@@ -31,7 +31,7 @@ class Renderer {
   ~Renderer();
 
   /// Draws the scene from `camera`. The bytes depend neither on the number of threads nor, if all images
-  /// are made again (CellImageOptions::remade_fraction), on earlier frames.
+  /// are made again (CellImageOptions::moves), on earlier frames.
   /// Call on the thread that created the object. The memory of `frame` is reused.
   Result<void> draw(const Camera& camera, const DrawOptions& options, Frame& frame, RenderStats& stats);
 
@@ -41,7 +41,7 @@ class Renderer {
                     std::vector<Frame>& frames, RenderStats& stats);
 
   /// Replaces the scene by one with other vertices, of the same materials and fabrics, as if the object had
-  /// been created with it; while it moves (CellImageOptions::remade_fraction), light from all around keeps
+  /// been created with it; while it moves (CellImageOptions::moves), light from all around keeps
   /// the shadows that it had. After an error, draw only after a successful replacement.
   Result<void> replace(const Scene& scene);
 

@@ -91,7 +91,8 @@ struct CellStore::Kept {
   CellView view;
   V2f pixel_width_texels{1, 1};
   float samples = 1;
-  int forced = -1;  ///< LevelOptions::forced
+  int forced = -1;     ///< LevelOptions::forced
+  bool moved = false;  ///< made while the picture moved
   RepeatParts parts = whole_repeat;
   std::uint32_t plane_lights = 0,
                 lit = 0;  ///< lights with a plane of their own; of the others, those that shine
@@ -115,6 +116,7 @@ struct CellStore::Wanted {
 struct CellStore::Work {
   PatchSide patch = 0;
   float outdated = 0;
+  float change = 0;  ///< on the screen
   double cost = 0;
   Wanted wanted;
   std::shared_ptr<Kept> kept;
@@ -221,7 +223,7 @@ void CellStore::begin(const CellFrame& frame) {
       side->yarn->set_sky_transfer(side->sky);
     }
   }
-  patches_.choose(frame.camera, origin_, frame.size, options_.patches, lights_.lights);
+  patches_.choose(frame.camera, origin_, frame.size, options_.patches, lights_.lights, options_.moves);
 }
 
 CellMemory CellStore::end() {
@@ -352,7 +354,7 @@ float CellStore::outdated(const Kept& kept, const Wanted& wanted, float samples)
   if ((wanted.plane_lights & ~kept.plane_lights) != 0 || ((wanted.lit ^ kept.lit) & ~kept.plane_lights) != 0)
     return HUGE_VALF;
   if (kept.view.lamps.size() < wanted.view.lamps.size() || kept.forced != levels_.forced_level ||
-      (wanted.parts & ~kept.parts) != 0)
+      kept.moved > options_.moves || (wanted.parts & ~kept.parts) != 0)
     return HUGE_VALF;
   const float ratio = std::max({wanted.pixel_width_texels.x / kept.pixel_width_texels.x,
                                 kept.pixel_width_texels.x / wanted.pixel_width_texels.x,
@@ -426,8 +428,7 @@ std::optional<float> CellStore::budget(std::span<Work> all, float samples, const
   }
   if (request.coarsening == 0) {
     // Images that the next frame shows again have room beside each other.
-    const double whole =
-        std::max({full, request.frame_need_bytes, options_.remade_fraction < 1 ? last_demand_ : 0});
+    const double whole = std::max({full, request.frame_need_bytes, options_.moves ? last_demand_ : 0});
     room_ = whole > most ? most / whole * full : most;
     memory_.wanted_bytes = std::max(memory_.wanted_bytes, whole);
   }
@@ -448,7 +449,7 @@ void CellStore::age(std::span<Work> all, float samples, bool tight) const {
          static_cast<double>(work.kept->image.bytes()) > image_bytes(work.wanted.view)))
       work.kept = nullptr;
     work.outdated = work.kept ? outdated(*work.kept, work.wanted, samples) : HUGE_VALF;
-    if (work.outdated == HUGE_VALF && options_.remade_fraction < 1 && !tight) {
+    if (work.outdated == HUGE_VALF && options_.moves && !tight) {
       work.kept = related_image(work.patch, work.wanted, samples);
       if (work.kept) work.outdated = outdated(*work.kept, work.wanted, samples) + 1;
     }
@@ -476,7 +477,8 @@ bool CellStore::postpone(std::span<const Work> all) {
   return any;
 }
 
-/// The images that are made in this call: those that are of no use, and of others the most outdated.
+/// The images that are made in this call: those that are of no use, and of others those that changed most on
+/// the screen.
 std::vector<CellStore::Work*> CellStore::order(std::span<Work> all) {
   // Some calls for few patches make none again.
   double allowed = options_.remade_fraction < 1 ? std::min(allowance_, 0.0) : 0;
@@ -484,6 +486,7 @@ std::vector<CellStore::Work*> CellStore::order(std::span<Work> all) {
   for (Work& work : all) {
     // Images of moving frames that turned less look the same.
     if (work.outdated > (options_.remade_fraction < 1 ? 0.25F : 0)) order.push_back(&work);
+    work.change = work.outdated * patches_.shown_area(work.patch / 2);
     // A patch that another call of this frame has seen counts once.
     if (kept_[work.patch] && kept_[work.patch]->used >= frame_) continue;
     const V2f& pixel_width_texels = work.wanted.pixel_width_texels;
@@ -493,7 +496,7 @@ std::vector<CellStore::Work*> CellStore::order(std::span<Work> all) {
     allowed += work.cost * options_.remade_fraction * less;
   }
   std::stable_sort(order.begin(), order.end(),
-                   [](const Work* a, const Work* b) { return a->outdated > b->outdated; });
+                   [](const Work* a, const Work* b) { return a->change > b->change; });
   std::size_t count = 0;
   double spent = 0;
   for (; count < order.size(); ++count) {
@@ -530,6 +533,7 @@ void CellStore::render(std::span<const Work> all, std::span<Work* const> order, 
     kept.pixel_width_texels = made.pixel_width_texels;
     kept.samples = samples;
     kept.forced = levels_.forced_level;
+    kept.moved = options_.moves;
     kept.parts = kept.view.size.is_whole() ? whole_repeat : made.parts;
     kept.plane_lights = made.plane_lights;
     kept.lit = made.lit;

@@ -21,6 +21,7 @@ constexpr double farthest = 1 << 30;
 /// Patches are split for point lights while they reach so far, in distances to the light.
 constexpr float wide_for_light = 0.1F;
 constexpr float min_split_pixels = 10;  ///< of parts of a repeat
+constexpr float merging = 0.8F;         ///< factor on limits of patches that the last frame split
 
 struct Box {
   float relief = 0;
@@ -279,11 +280,11 @@ struct Patches::View {
   float scale;     ///< pixels for a metre, at unit depth in perspective
   V2f half_frame;  ///< pixels
   V2f centre;      ///< of the window, pixels
-  PatchLimits limits;
+  PatchLimits limits, merging_limits;
   V3d origin;
   std::span<const Light> lights;
   Projected project(const Patch& patch, float repeats) const;
-  bool splits(const Patch& patch, const Projected& seen) const;
+  bool splits(const Patch& patch, const Projected& seen, const PatchLimits& limits) const;
   float offset(const Patch& patch, const Projected& seen, float relief) const;
   V3f towards(const Light& light, const Patch& patch) const {
     return light.kind == LightKind::directional ? V3f(light.direction)
@@ -342,7 +343,7 @@ Patches::Projected Patches::View::project(const Patch& patch, float repeats) con
 }
 
 /// Whether one image is too little for a patch of more than one repeat.
-bool Patches::View::splits(const Patch& patch, const Projected& seen) const {
+bool Patches::View::splits(const Patch& patch, const Projected& seen, const PatchLimits& limits) const {
   // Rays of a patch turn as its normals do, and its pixels are of one size.
   constexpr auto radians = static_cast<float>(radians_per_degree);
   const float cosine = turn_cosine(patch);
@@ -364,7 +365,15 @@ float Patches::View::offset(const Patch& patch, const Projected& seen, float rel
 }
 
 void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits,
-                     std::span<const Light> lights) {
+                     std::span<const Light> lights, bool moves) {
+  std::swap(splits_, split_before_);
+  splits_.assign(patches_.size(), 0);
+  if (!moves) split_before_.clear();
+  PatchLimits merging_limits = limits;
+  for (float* limit : {&merging_limits.max_side_pixels, &merging_limits.max_turn_degree_pixels,
+                       &merging_limits.max_turn_degrees, &merging_limits.max_outline_pixels,
+                       &merging_limits.max_offset_pixels})
+    *limit *= merging;
   View view{V3f(camera.position - origin),
             V3f(camera.right),
             V3f(camera.up),
@@ -374,6 +383,7 @@ void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, 
             V2f(static_cast<float>(frame.x), static_cast<float>(frame.y)) * 0.5F,
             V2f(camera.window_centre),
             limits,
+            merging_limits,
             origin,
             lights};
   view.centre *= view.scale;
@@ -383,6 +393,7 @@ void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, 
     for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x) choose_in(chart, view, top, {x, y}, chart.any_patch);
   }
+  if (!moves) splits_.clear();  // a change begins anew
 }
 
 void Patches::choose_in(const Chart& chart, const View& view, std::size_t level, const V2i& at,
@@ -400,13 +411,17 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     ShownPatch& shown = shown_[number];
     shown = {seen.pixel_width_texels, seen.in_frame, at * (1 << level), 1 << level, 0};
     if (level > 0 && repeats <= 1) shown.offset = view.offset(patch, seen, chart.relief);
+    const bool was_split = !split_before_.empty() && split_before_[number] != 0;
+    const PatchLimits& limits = was_split ? view.merging_limits : view.limits;
+    const float fraction = was_split ? merging : 1;
     if (level > 0 && seen.in_frame)
-      splits =
-          (seen.longest > 1 && view.is_near_light(patch, seen.radius / 2)) ||
-          (repeats > 1 ? view.splits(patch, seen)
-                       : shown.offset > view.limits.max_offset_pixels && seen.longest > min_split_pixels);
+      splits = (seen.longest > fraction && view.is_near_light(patch, seen.radius / 2 / fraction)) ||
+               (repeats > 1
+                    ? view.splits(patch, seen, limits)
+                    : shown.offset > limits.max_offset_pixels && seen.longest > fraction * min_split_pixels);
   }
   if (splits) {
+    splits_[number] = 1;
     const V2i finer = level_size(chart, level - 1);
     for (int y = 2 * at.y; y < std::min(2 * at.y + 2, finer.y); ++y)
       for (int x = 2 * at.x; x < std::min(2 * at.x + 2, finer.x); ++x)

@@ -97,10 +97,16 @@ class Patches {
   /// Smallest patches along a repeat; below 1: their sides are longer.
   float finest_patches_per_repeat() const { return std::exp2(static_cast<float>(-first_level_)); }
 
-  /// Chooses the patches of a frame.
+  /// Chooses the patches of a frame. `moves`: patches that the last frame split merge at 0.8 of the limits.
   void choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits,
-              std::span<const Light> lights);
+              std::span<const Light> lights, bool moves = false);
 
+  /// Of a patch in the frame, as if it were flat: pixels.
+  float shown_area(std::uint32_t i) const {
+    const float repeats = static_cast<float>(shown_[i].units_per_side) / finest_patches_per_repeat();
+    const V2f& pixel = shown_[i].pixel_width_texels;
+    return std::max(repeats * repeats / (pixel.x * pixel.y), 1e-3F);
+  }
   bool is_part(std::uint32_t i) const { return shown_[i].units_per_side < units_per_repeat(); }
   /// Units are parts of repeats along either side, or whole ones.
   int units_per_repeat() const { return 1 << std::max(-first_level_, 0); }
@@ -157,7 +163,8 @@ class Patches {
   std::vector<Patch> patches_;
   std::vector<std::array<std::uint32_t, 2>> relatives_;  ///< parent, child
   std::vector<ShownPatch> shown_;
-  std::vector<std::uint32_t> table_;  ///< of each chart's smallest patches, the chosen one
+  std::vector<std::uint8_t> splits_, split_before_;  ///< patches, in this frame and the one before
+  std::vector<std::uint32_t> table_;                 ///< of each chart's smallest patches, the chosen one
 };
 
 }  // namespace selvedge

@@ -74,6 +74,39 @@ double percentile(std::vector<double>& values, double fraction) {
 
 }  // namespace
 
+TEST_CASE(
+    "patches of frames that move merge at 0.8 of the limit at which they split; others have no history") {
+  test::Setting setting = yarn_ball(240, 180);
+  const V3d origin(0, 0, 0);
+  const MergedSurfaces mesh = merge(test::need(build_surfaces(setting.scene, origin)));
+  std::vector<SurfaceMaterial> materials(1);
+  materials[0].fabric = 0;
+  const std::vector<float> reliefs{0.2F};
+  Patches moved(mesh, materials, reliefs);
+  const auto chosen = [&](Patches& patches, double zoom, bool moves) {
+    setting.camera.zoom = zoom;
+    patches.choose(test::camera_of(setting), origin, V2i(240, 180),
+                   {.max_side_pixels = 16,
+                    .max_side_repeats = 720,
+                    .max_turn_degree_pixels = 1e9F,
+                    .max_turn_degrees = 180,
+                    .max_outline_pixels = 1e9F},
+                   {}, moves);
+    return std::vector<std::uint32_t>(patches.table().begin(), patches.table().end());
+  };
+  const auto fresh = [&](double zoom) {
+    Patches patches(mesh, materials, reliefs);
+    return chosen(patches, zoom, false);
+  };
+  const auto near = chosen(moved, 1, true);
+  CHECK(near == fresh(1));
+  CHECK(near != fresh(1 / 1.2));
+  CHECK(chosen(moved, 1 / 1.2, true) == near);
+  CHECK(chosen(moved, 1 / 1.3, true) != near);
+  CHECK(chosen(moved, 1, true) == near);
+  CHECK(chosen(moved, 1 / 1.2, false) == fresh(1 / 1.2));
+}
+
 TEST_CASE("borders of patches are no more wrong than the yarn within them") {
   test::Setting setting = yarn_ball(240, 180);
   const std::vector<double> frame = drawn(setting, std::span(&setting.camera, 1)).front();

@@ -86,10 +86,20 @@ TEST_CASE("a picture at rest gets nine samples a pixel, and a change begins anew
   options.lights = picture->drawn().lights;
   const Frame expected = test::need(render(two_squares(), fabrics, picture->drawn().camera, options));
   CHECK_FALSE(same(picture->frame(), first));
+  const Frame rested = picture->frame();
   // Patches are chosen for each sample, or once for all.
   CHECK(test::decibels(picture->frame(), expected, 1) > 40);
   test::need(picture->update(state, Redraw::frame, V2i(100, 80), 1));
   CHECK(same(picture->frame(), first));
+  // Nothing remains of where it came from.
+  for (const double azimuth : {10.0, 50.0, 30.0}) {
+    state.camera.azimuth = azimuth;
+    test::need(picture->update(state, Redraw::frame, V2i(100, 80), 1));
+  }
+  while (test::need(picture->refine(state))) {
+  }
+  CHECK(same(picture->frame(), rested));
+  test::need(picture->update(state, Redraw::frame, V2i(100, 80), 1));
   CHECK(test::need(picture->refine(state)));
   state.path = static_cast<int>(RenderPath::paper);
   test::need(picture->update(state, Redraw::scene, V2i(100, 80), 1));
