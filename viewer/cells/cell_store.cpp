@@ -460,8 +460,7 @@ void CellStore::age(std::span<Work> all, float samples, bool tight) const {
 
 /// Whether a frame that moves lacks more images than it has time for: then these patches are late.
 bool CellStore::postpone(std::span<const Work> all) {
-  double missing = 0;
-  double whole = 0;
+  double missing = 0, whole = 0;
   for (const Work& work : all) {
     missing += work.outdated == HUGE_VALF ? work.cost : 0;
     whole += work.cost;
@@ -477,8 +476,7 @@ bool CellStore::postpone(std::span<const Work> all) {
   return any;
 }
 
-/// The images that are made in this call: those that are of no use, and of others those that changed most on
-/// the screen.
+/// The images that are made in this call: first those of no use, then those that changed most on the screen.
 std::vector<CellStore::Work*> CellStore::order(std::span<Work> all) {
   // Some calls for few patches make none again.
   double allowed = options_.remade_fraction < 1 ? std::min(allowance_, 0.0) : 0;
@@ -489,9 +487,8 @@ std::vector<CellStore::Work*> CellStore::order(std::span<Work> all) {
     work.change = work.outdated * patches_.shown_area(work.patch / 2);
     // A patch that another call of this frame has seen counts once.
     if (kept_[work.patch] && kept_[work.patch]->used >= frame_) continue;
-    const V2f& pixel_width_texels = work.wanted.pixel_width_texels;
-    const double of_repeat =
-        1 / std::max(std::min(pixel_width_texels.x, pixel_width_texels.y) * fresh_pixels, 1e-6F);
+    const V2f& pixel = work.wanted.pixel_width_texels;
+    const double of_repeat = 1 / std::max(std::min(pixel.x, pixel.y) * fresh_pixels, 1e-6F);
     const double less = options_.remade_fraction < 1 ? std::clamp(of_repeat, min_fresh, 1.0) : 1;
     allowed += work.cost * options_.remade_fraction * less;
   }

@@ -121,9 +121,9 @@ class CellStore {
   void begin(const CellFrame& frame);
   /// Bytes of the images that patches need.
   double bytes_of(std::span<const PatchNeed> needs) const;
-  /// Makes images that are missing, and of others the most outdated, for these patches, and keeps others
-  /// while all fit into the request's memory; without room for these they are coarser. Makes none where even
-  /// the coarsest do not fit, unless the coarsening is max_coarsening, and where patches are late.
+  /// Makes images that are missing, and of others those that changed most, for these patches, and keeps
+  /// others while all fit into the request's memory; without room for these they are coarser. Makes none
+  /// where even the coarsest do not fit, unless the coarsening is max_coarsening, and where patches are late.
   CellAnswer make(const CellRequest& request);
   static constexpr int max_coarsening = 8;
   /// Ends a frame.
