@@ -168,7 +168,7 @@ struct Renderer::State {
     if (sky->directions.empty()) return {};
     // Maps of a whole sky take longer than a frame that moves, unless they show little.
     constexpr std::size_t few_triangles = 1 << 12;
-    if (is_sky_old && (!options.cells.moves || scene.mesh.triangles.size() <= few_triangles)) {
+    if (is_sky_old && (!options.cells.is_moving || scene.mesh.triangles.size() <= few_triangles)) {
       *sky = sky_visibility(scene.mesh, casting());
       vertex_lights.clear();
       is_sky_old = false;

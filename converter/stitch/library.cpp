@@ -139,6 +139,8 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
   return stitch;
 }
 
+constexpr int texels_per_stitch = 2;
+constexpr int texels_per_yarn = 4;
 /// Texels along a side of `cells` stitches or crossings: `fine` for each where these are few, one of many,
 /// whose yarn is seen as yarn until it is much finer than a pixel.
 int texels_along(double cells, int fine) {
@@ -147,14 +149,7 @@ int texels_along(double cells, int fine) {
   return static_cast<int>(std::ceil(fine * cells - 1e-9));
 }
 
-V2i texels_of(const KnitChart& chart) {
-  constexpr int texels_per_stitch = 2;
-  return {texels_along(static_cast<double>(chart.rows.front().size()), texels_per_stitch),
-          texels_along(static_cast<double>(chart.rows.size()), texels_per_stitch)};
-}
-
 V2i texels_of(const Weave& weave) {
-  constexpr int texels_per_yarn = 4;
   constexpr double max_yarns = 64;
   V2i texels;
   for (int k = 0; k < 2; ++k) {
@@ -456,11 +451,12 @@ FoundStitch chart_in(const std::string& text, const std::string& path, const Sti
   auto chart = value_or_throw(read_chart(text, path));
   const BuiltIn stitch = stitch_of(chart, path);
   const V2i cells(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size()));
+  const V2i texels(texels_along(cells.x, texels_per_stitch), texels_along(cells.y, texels_per_stitch));
   auto found = value_or_throw(
       relaxed(stitch, settings, relaxer, [&](const StitchValues& values, const DrawnKnit& drawn) {
-        tell_size(values, cells, texels_of(chart.knit), false, drawn, start);
+        tell_size(values, cells, texels, false, drawn, start);
       }));
-  found.min_texels = texels_of(chart.knit) * found.repeats;
+  found.min_texels = texels * found.repeats;
   found.remarks.insert(found.remarks.begin(), chart.remarks.begin(), chart.remarks.end());
   return found;
 }

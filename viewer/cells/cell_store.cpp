@@ -223,7 +223,7 @@ void CellStore::begin(const CellFrame& frame) {
       side->yarn->set_sky_transfer(side->sky);
     }
   }
-  patches_.choose(frame.camera, origin_, frame.size, options_.patches, lights_.lights, options_.moves);
+  patches_.choose(frame.camera, origin_, frame.size, options_.patches, lights_.lights, options_.is_moving);
 }
 
 CellMemory CellStore::end() {
@@ -354,7 +354,7 @@ float CellStore::outdated(const Kept& kept, const Wanted& wanted, float samples)
   if ((wanted.plane_lights & ~kept.plane_lights) != 0 || ((wanted.lit ^ kept.lit) & ~kept.plane_lights) != 0)
     return HUGE_VALF;
   if (kept.view.lamps.size() < wanted.view.lamps.size() || kept.forced != levels_.forced_level ||
-      kept.moved > options_.moves || (wanted.parts & ~kept.parts) != 0)
+      kept.moved > options_.is_moving || (wanted.parts & ~kept.parts) != 0)
     return HUGE_VALF;
   const float ratio = std::max({wanted.pixel_width_texels.x / kept.pixel_width_texels.x,
                                 kept.pixel_width_texels.x / wanted.pixel_width_texels.x,
@@ -428,7 +428,7 @@ std::optional<float> CellStore::budget(std::span<Work> all, float samples, const
   }
   if (request.coarsening == 0) {
     // Images that the next frame shows again have room beside each other.
-    const double whole = std::max({full, request.frame_need_bytes, options_.moves ? last_demand_ : 0});
+    const double whole = std::max({full, request.frame_need_bytes, options_.is_moving ? last_demand_ : 0});
     room_ = whole > most ? most / whole * full : most;
     memory_.wanted_bytes = std::max(memory_.wanted_bytes, whole);
   }
@@ -449,7 +449,7 @@ void CellStore::age(std::span<Work> all, float samples, bool tight) const {
          static_cast<double>(work.kept->image.bytes()) > image_bytes(work.wanted.view)))
       work.kept = nullptr;
     work.outdated = work.kept ? outdated(*work.kept, work.wanted, samples) : HUGE_VALF;
-    if (work.outdated == HUGE_VALF && options_.moves && !tight) {
+    if (work.outdated == HUGE_VALF && options_.is_moving && !tight) {
       work.kept = related_image(work.patch, work.wanted, samples);
       if (work.kept) work.outdated = outdated(*work.kept, work.wanted, samples) + 1;
     }
@@ -476,7 +476,7 @@ bool CellStore::postpone(std::span<const Work> all) {
   return any;
 }
 
-/// The images that are made in this call: first those of no use, then those that changed most on the screen.
+/// The images that are made in this call: first of useless ones, then of those that changed most on screen.
 std::vector<CellStore::Work*> CellStore::order(std::span<Work> all) {
   // Some calls for few patches make none again.
   double allowed = options_.remade_fraction < 1 ? std::min(allowance_, 0.0) : 0;
@@ -530,7 +530,7 @@ void CellStore::render(std::span<const Work> all, std::span<Work* const> order, 
     kept.pixel_width_texels = made.pixel_width_texels;
     kept.samples = samples;
     kept.forced = levels_.forced_level;
-    kept.moved = options_.moves;
+    kept.moved = options_.is_moving;
     kept.parts = kept.view.size.is_whole() ? whole_repeat : made.parts;
     kept.plane_lights = made.plane_lights;
     kept.lit = made.lit;

@@ -365,10 +365,10 @@ float Patches::View::offset(const Patch& patch, const Projected& seen, float rel
 }
 
 void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits,
-                     std::span<const Light> lights, bool moves) {
+                     std::span<const Light> lights, bool is_moving) {
   std::swap(splits_, split_before_);
   splits_.assign(patches_.size(), 0);
-  if (!moves) split_before_.clear();
+  if (!is_moving) split_before_.clear();
   PatchLimits merging_limits = limits;
   for (float* limit : {&merging_limits.max_side_pixels, &merging_limits.max_turn_degree_pixels,
                        &merging_limits.max_turn_degrees, &merging_limits.max_outline_pixels,
@@ -393,7 +393,7 @@ void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, 
     for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x) choose_in(chart, view, top, {x, y}, chart.any_patch);
   }
-  if (!moves) splits_.clear();  // a change begins anew
+  if (!is_moving) splits_.clear();  // a change begins anew
 }
 
 void Patches::choose_in(const Chart& chart, const View& view, std::size_t level, const V2i& at,

@@ -97,9 +97,10 @@ class Patches {
   /// Smallest patches along a repeat; below 1: their sides are longer.
   float finest_patches_per_repeat() const { return std::exp2(static_cast<float>(-first_level_)); }
 
-  /// Chooses the patches of a frame. `moves`: patches that the last frame split merge at 0.8 of the limits.
+  /// Chooses the patches of a frame. `is_moving`: patches that the last frame split merge at 0.8 of the
+  /// limits.
   void choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits,
-              std::span<const Light> lights, bool moves = false);
+              std::span<const Light> lights, bool is_moving = false);
 
   /// Of a patch in the frame, as if it were flat: pixels.
   float shown_area(std::uint32_t i) const {

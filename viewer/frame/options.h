@@ -68,7 +68,7 @@ struct CellImageOptions {
   float rays_per_pixel_side = 8;
   float max_piece_pixels = 1.5F;
   /// Whether the picture moves: then patches and images may depend on the frames before.
-  bool moves = false;
+  bool is_moving = false;
   /// Fraction of the images in sight, in (0, 1], that a frame makes again where view or light have changed.
   float remade_fraction = 1;
   float min_transparency = 0.5F / 255;  ///< of a pixel, for surfaces behind it to be drawn
@@ -90,7 +90,7 @@ inline constexpr CellImageOptions moving_cell_images{
     .shading_block_size = 2,
     .shadow_texels_per_pixel = 1,
     .max_piece_pixels = 2,
-    .moves = true,
+    .is_moving = true,
     .remade_fraction = 0.25F,
     .min_transparency = 3.0F / 255,
 };

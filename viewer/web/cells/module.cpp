@@ -295,7 +295,7 @@ void mark_visible(Garment& garment) {
                          (all > 0 ? garment.needed_bytes / all : 1);
   // Images that are shown stay; first come patches without an image, then those that were not looked at for
   // longest, while it moves; and of these patches that are large or in the middle of the picture.
-  const bool moves = garment.options.cells.moves;
+  const bool moves = garment.options.cells.is_moving;
   const auto visit = [&](std::size_t first, std::size_t end, int part) {
     std::vector<std::tuple<std::uint64_t, float, std::size_t>> all;
     for (std::size_t i = first; i < end; ++i) {
@@ -484,7 +484,7 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
                     .far = in.far};
   DrawOptions& options = garment.options;
   options.cells = moving_cell_images;
-  options.cells.moves = in.remade_fraction < 1;
+  options.cells.is_moving = in.remade_fraction < 1;
   // Parts of repeats have images of whole ones, for which there is little room.
   options.cells.patches.max_offset_pixels = in.remade_fraction < 1 ? 32 : 16;
   if (in.remade_fraction >= 1) options.cells.patches.max_side_pixels = 48;
