@@ -262,21 +262,22 @@ void repack_meshopt(GltfDocument& document) {
   Bytes streams;
   std::size_t declared = 0;
   for (int i = 0; i < static_cast<int>(array_member(document.json, "bufferViews").size()); ++i) {
+    const auto was = packed.find(view_position(document.json["bufferViews"][i]));
+    const auto shape = fresh.find(i);
+    if (was == packed.end() && shape == fresh.end()) continue;
+    // Moves the document's members.
+    relist_encoding(document, was != packed.end() ? extension_of(was->second) : name);
     Json& view = document.json["bufferViews"][i];
-    if (const auto was = packed.find(view_position(view)); was != packed.end()) {
+    if (was != packed.end()) {
       view = was->second;
-      relist_encoding(document, extension_of(view));
       if (has_plain_bytes(document, view)) continue;
-    } else if (const auto shape = fresh.find(i); shape != fresh.end()) {
-      relist_encoding(document, name);
+    } else {
       Json& extension = view["extensions"][name];
       const Bytes stream = encode(GltfReader(document).view_bytes(i, ""), view, shape->second, extension);
       extension["buffer"] = fallback + 1;
       extension["byteOffset"] = streams.size();
       extension["byteLength"] = stream.size();
       streams.insert(streams.end(), stream.begin(), stream.end());
-    } else {
-      continue;
     }
     view["buffer"] = fallback;
     view["byteOffset"] = declared;
