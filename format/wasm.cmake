@@ -3,7 +3,7 @@ find_program(NODE node)
 find_program(WASM_CLANG clang++-19)
 
 # wasm_module(NAME HEADERS ... FLAGS ... BATCHES "FOLDER SOURCE..." ...): NAME.wasm of sources that are compiled together, as
-# what takes time is the headers. A source "*" stands for all of its folder, but for those that are named with "-".
+# what takes time is the headers; "-Oz FOLDER ...": as small ones. A source "*" stands for all of its folder, but for those that are named with "-".
 # HEADERS: of templates alone, in /usr/include; a whole one has another C library.
 # CATCHES: exceptions are caught (format/web/exceptions.cpp), and there are paths; else the first one ends the instance.
 function(wasm_module name)
@@ -29,6 +29,10 @@ function(wasm_module name)
   set(objects)
   foreach(batch ${ARG_BATCHES})
     separate_arguments(batch UNIX_COMMAND "${batch}")
+    set(small)
+    if(batch MATCHES "^-Oz")
+      list(POP_FRONT batch small)
+    endif()
     list(POP_FRONT batch folder)
     set(paths)
     foreach(source ${batch})
@@ -47,7 +51,7 @@ function(wasm_module name)
     set(object ${CMAKE_CURRENT_BINARY_DIR}/${name}-${number}.o)
     file(CONFIGURE OUTPUT ${source} CONTENT "${text}" @ONLY)
     add_custom_command(OUTPUT ${object} DEPENDS ${source} VERBATIM DEPFILE ${object}.d
-      COMMAND ${WASM_CLANG} ${flags} -MD -MF ${object}.d -c ${source} -o ${object})
+      COMMAND ${WASM_CLANG} ${flags} ${small} -MD -MF ${object}.d -c ${source} -o ${object})
     list(APPEND objects ${object})
   endforeach()
   set(module ${CMAKE_CURRENT_BINARY_DIR}/${name}.wasm)

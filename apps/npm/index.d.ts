@@ -1,7 +1,8 @@
 /** Files and ears of a run. Paths have slashes. */
 export interface Host {
-  /** The working folder; '/' without. */
+  /** The working folder, and the folder of page.html; '/' without. */
   folder?: string;
+  shared?: string;
   exists(path: string): 'file' | 'folder' | 'other' | undefined;
   /** Throws if the file cannot be read. */
   read(path: string): Uint8Array;

@@ -1,4 +1,5 @@
 // The verbs of selvedge on bytes: fabrics, garments and reports, without files.
+import { memory_host } from './host.js';
 import { run } from './run.js';
 
 export { run };
@@ -24,17 +25,9 @@ export class SelvedgeError extends Error {
 
 /** Runs a verb on files in memory, a Map of name and bytes; its report. */
 async function report_of(verb, words, options, files, progress) {
-  let out = '', err = '';
-  const status = await run([verb, ...words, ...words_of(options), '--json'], {
-    exists: (path) => files.has(path) ? 'file' : path === '/' || path === '.' ? 'folder' : undefined,
-    read: (path) => files.get(path),
-    list: () => [...files.keys()],
-    write: (path, bytes) => files.set(path, bytes),
-    progress,
-    stdout: (text) => { out += text; },
-    stderr: (text) => { err += text; }
-  });
-  const report = out ? JSON.parse(out) : { error: { code: 'ENDED', message: err.trim() } };
+  const said = { out: '', err: '' };
+  const status = await run([verb, ...words, ...words_of(options), '--json'], memory_host(files, said, progress));
+  const report = said.out ? JSON.parse(said.out) : { error: { code: 'ENDED', message: said.err.trim() } };
   if (report.error) throw new SelvedgeError(report.error);
   return { ...report, status };
 }

@@ -2,6 +2,8 @@
 // that is not there says so in a line.
 #include <filesystem>
 
+#include "apps/selvedge-view/commands.h"
+#include "apps/selvedge-view/page.h"
 #include "apps/selvedge/commands.h"
 #include "converter/dress/charts.h"
 #include "converter/light/ray_scene.h"
@@ -22,12 +24,16 @@ std::string& host_input() {
 
 namespace {
 
+std::string shared_folder;
+
 [[noreturn]] void refuse(const char* what) {
   throw Failure{
       {Code::option_out_of_range, {}, {}, std::string(what) + ", which the native program alone has"}};
 }
 
 }  // namespace
+
+std::string shared_file(const std::string& name) { return shared_folder + "/" + name; }
 
 // In place of sources with OpenMesh, Ceres, Draco and Embree.
 Charts cut_into_charts(const std::vector<V3d>&, const std::vector<std::uint32_t>&, const V3d&, double&) {
@@ -72,8 +78,8 @@ extern "C" {
   return host_input().data();
 }
 
-/// Runs the words of host_input(), each with '\0' behind it; the first one is the working folder. Returns the
-/// exit status.
+/// Runs the words of host_input(), each with '\0' behind it; the first two are the working folder and the
+/// folder of page.html. Returns the exit status.
 [[clang::export_name("run")]] int selvedge_run() {
   const std::string text = host_input();
   std::vector<const char*> words;
@@ -81,8 +87,9 @@ extern "C" {
   std::filesystem::working_folder = std::string(words.front());
   progress_sink = std::make_shared<const ProgressSink>(
       [](const std::string& label, double fraction) { host_progress(label.data(), label.size(), fraction); });
-  words.front() = "selvedge";
-  return run_selvedge(static_cast<int>(words.size()), words.data());
+  shared_folder = words[1];
+  words[1] = "selvedge";
+  return run_selvedge(static_cast<int>(words.size()) - 1, words.data() + 1, add_page_verb);
 }
 }
 

@@ -12,6 +12,7 @@ export function plain_word(word, windows = process.platform === 'win32') {
 /** The host of a process: its files, its standard output and error. */
 export const node_host = () => ({
   folder: plain_word(process.cwd()),
+  shared: plain_word(new URL('.', import.meta.url).href.replace(/\/$/, '')),
   exists: (path) => {
     const status = statSync(path, { throwIfNoEntry: false });
     return status && (status.isDirectory() ? 'folder' : status.isFile() ? 'file' : 'other');

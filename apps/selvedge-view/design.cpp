@@ -30,7 +30,7 @@ void declare(Options& options, DesignCommand& command) {
   options.output(command.output, "The page", {".html"}).required();
 }
 
-/// The recipe (converter/web/make.mjs) of a stitch or in a fabric. Throws Failure.
+/// The recipe (apps/npm/make.mjs) of a stitch or in a fabric. Throws Failure.
 Json recipe_of(const std::string& input) {
   if (input.ends_with(".exr")) {
     Json recipe = Json::parse(value_or_throw(read_fabric(input)).recipe, nullptr, false);

@@ -1,4 +1,13 @@
+#include <filesystem>
+
 #include "apps/selvedge-view/commands.h"
+#include "apps/selvedge-view/page.h"
+
+std::string selvedge::shared_file(const std::string& name) {
+  std::error_code error;
+  const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", error);
+  return (program.parent_path().parent_path() / "share" / "selvedge" / name).string();
+}
 
 int main(int argc, char** argv) {
   selvedge::Program program("selvedge-view", "Shows garments dressed in Selvedge fabrics",

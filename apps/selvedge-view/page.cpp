@@ -11,7 +11,6 @@
 #include "apps/common/html.h"
 #include "apps/common/shared_options.h"
 #include "apps/selvedge-view/commands.h"
-#include "apps/selvedge-view/picture_options.h"
 #include "format/base/atomic_file.h"
 #include "format/fabric/file.h"
 #include "format/gltf/edit.h"
@@ -52,20 +51,12 @@ std::span<const std::uint8_t> bytes_of(const std::string& text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-/// Bytes by gzip and base64.
+/// Bytes by zlib and base64.
 std::string packed(std::span<const std::uint8_t> bytes) {
-  constexpr int gzip = 16;
-  z_stream stream{};
-  deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, MAX_WBITS + gzip, MAX_MEM_LEVEL, Z_DEFAULT_STRATEGY);
-  std::vector<std::uint8_t> result(deflateBound(&stream, bytes.size()));
-  stream.next_in = const_cast<Bytef*>(bytes.data());  // NOLINT: zlib only reads it
-  stream.avail_in = static_cast<uInt>(bytes.size());
-  stream.next_out = result.data();
-  stream.avail_out = static_cast<uInt>(result.size());
-  deflate(&stream, Z_FINISH);
-  result.resize(stream.total_out);
-  deflateEnd(&stream);
-  return base64(result);
+  uLongf count = compressBound(bytes.size());
+  std::vector<std::uint8_t> result(count);
+  compress2(result.data(), &count, bytes.data(), bytes.size(), Z_BEST_COMPRESSION);
+  return base64({result.data(), count});
 }
 
 /// A page without garments.
@@ -175,12 +166,6 @@ Result<int> run(const PageCommand& command) {
 }
 
 }  // namespace
-
-std::string shared_file(const std::string& name) {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  return (program.parent_path().parent_path() / "share" / "selvedge" / name).string();
-}
 
 Result<int> write_page(const char* verb, const PageCommand& command, const std::string& elements) {
   std::string page = read_template(fmt::format("{}.html", verb));

@@ -6,10 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/options.h"
+#include "apps/selvedge-view/environment_options.h"
 #include "format/gltf/limits.h"
 #include "format/picture/display.h"
-#include "format/picture/environment.h"
 #include "viewer/light/shadows.h"
 #include "viewer/renderer.h"
 #include "viewer/swatch.h"
@@ -43,11 +42,6 @@ struct PictureOptions {
 void add_input(Options& options, PictureOptions& picture);
 /// --repeats of a swatch.
 void add_repeats(Options& options, SwatchOptions& swatch);
-/// --fps.
-void add_fps(Options& options, double& fps);
-/// --environment with its turn and strength; `otherwise` says what is taken without it.
-void add_environment(Options& options, std::string& name, EnvironmentOptions& environment,
-                     const std::string& otherwise);
 /// Lights and display options.
 void add_light(Options& options, PictureOptions& picture);
 /// Refuses options that have no effect beside others.

@@ -11,7 +11,7 @@ AddVerb add_stitch_verb, add_import_verb, add_bake_verb, add_fit_verb, add_make_
     add_truth_verb;
 /// All of them.
 AddVerb add_verbs;
-/// The program with all of them; its exit status.
-int run_selvedge(int argc, const char* const* argv);
+/// The program with all of them and `more`; its exit status.
+int run_selvedge(int argc, const char* const* argv, AddVerb* more = nullptr);
 
 }  // namespace selvedge

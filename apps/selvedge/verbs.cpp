@@ -9,10 +9,11 @@ void add_verbs(Program& program) {
     add(program);
 }
 
-int run_selvedge(int argc, const char* const* argv) {
+int run_selvedge(int argc, const char* const* argv, AddVerb* more) {
   Program program("selvedge", "Selvedge makes fabric files from stitches and dresses glTF garments in them",
                   "Each verb has its own --help with an example. Pictures are drawn by selvedge-view.");
   add_verbs(program);
+  if (more) more(program);
   return program.run(argc, argv);
 }
 

@@ -1,9 +1,9 @@
 // Writes how the yarns of the built-in stitches, and of charts and drafts, come to rest: each shape of FabricMaker after its length.
 //
-//   node shapes.mjs MAKE.wasm OUTPUT FILE...
+//   node shapes.mjs SELVEDGE.wasm OUTPUT FILE...
 import {readFileSync, writeFileSync} from 'node:fs';
 import {basename} from 'node:path';
-import {FabricMaker} from '../../converter/web/make.mjs';
+import {FabricMaker} from '../npm/make.mjs';
 
 const [module, output, ...files] = process.argv.slice(2);
 const recipes = files.map((file) => ({stitch: basename(file), text: readFileSync(file, 'utf8')})), parts = [], END = 'at rest';

@@ -306,6 +306,7 @@ class Dresser {
     const UnwrapReport made =
         map_failure([&] { return value_or_throw(unwrap(document_, places, set_of(material), in_scene_)); },
                     [&](Error error) {
+                      if (error.file.empty()) error.file = document_.file;
                       if (error.place.empty()) error.place = fmt::format("/materials/{}", material);
                       return error;
                     });

@@ -47,3 +47,14 @@ export function garment_of(
     ...pictures.length > 0 && { images: pictures.map((uri) => ({ uri })), textures: pictures.map((_, source) => ({ source })) },
   });
 }
+
+/** The JSON of a .glb file. */
+export const json_of_glb = (bytes) => JSON.parse(bytes.subarray(20, 20 + bytes.readUInt32LE(12)));
+/** The file with other JSON. */
+export function with_json(bytes, json) {
+  const text = JSON.stringify(json), padded = Buffer.from(text.padEnd(Math.ceil(Buffer.byteLength(text) / 4) * 4));
+  const file = Buffer.concat([bytes.subarray(0, 20), padded, bytes.subarray(20 + bytes.readUInt32LE(12))]);
+  file.writeUInt32LE(file.length, 8);
+  file.writeUInt32LE(padded.length, 12);
+  return file;
+}

@@ -40,14 +40,16 @@ for (const words of commands) execFileSync('npx', ['--offline', ...words], optio
 const { run, make, dress, check, info, SelvedgeError } = await import(pathToFileURL(join(options.cwd, 'node_modules/selvedge/program/index.js')));
 process.chdir(options.cwd);
 async function both(words) {
-  const said = spawnSync(native, words, { cwd: join(folder, 'native'), encoding: 'utf8' });
+  const said = spawnSync(words[0] === 'page' ? `${native}-view` : native, words, { cwd: join(folder, 'native'), encoding: 'utf8' });
   let stdout = '', stderr = '';
-  const status = await run(words, { ...node_host(), stdout: (text) => { stdout += text; }, stderr: (text) => { stderr += text; } });
-  return [[status, stdout, stderr], [said.status, said.stdout, said.stderr]];
+  const status = await run(words, { ...node_host(), shared: join(options.cwd, 'node_modules/selvedge/program'), stdout: (text) => { stdout += text; }, stderr: (text) => { stderr += text; } });
+  return [[status, stdout, stderr], [said.status, said.stdout, said.stderr.replaceAll('selvedge-view:', 'selvedge:')]];
 }
 const read_both = (name) => ['package', 'native'].map((one) => readFileSync(join(folder, one, name)));
 async function compare(words, kept = []) {
   const [ours, theirs] = await both(words);
+  // The native program has `page` beside it.
+  if (words[0] === '--help') ours[1] = ours[1].replace(/^  page .*\n/m, '');
   assert.deepEqual(ours, theirs, words.join(' '));
   for (const [a, b] of kept.map(read_both)) assert.ok(a.equals(b), words.join(' '));
 }
@@ -114,6 +116,7 @@ for (const garment of [join(sources, 'samples/sweater.glb'), join(sources, 'test
   const is_good = garment.includes('/'), files = is_good ? ['dressed.glb'] : [];
   await compare(['dress', garment, 'twill.fabric.exr', '-o', 'dressed.glb', '--all', '--variant', 'Red=#aa2211'], files);
   await compare(['dress', garment, 'twill.fabric.exr', '-o', 'beside.gltf', '--all', '--usda', 'cloth.usda', '--json'], is_good ? ['beside.gltf', 'cloth.usda'] : []);
+  if (is_good) await compare(['page', 'dressed.glb', '-o', 'page.html'], ['page.html']);
   if (is_good) for (const verb of ['check', 'info']) await compare([verb, 'dressed.glb', '--json']);
   await compare(['check', garment]);
 }

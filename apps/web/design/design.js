@@ -9,12 +9,12 @@ import {GarmentEditor} from './garment_editor.js';
 import {Maker} from './maker.js';
 import {
   can_step_history, choose_stitch, command_line, file_name, is_start_recipe, offered_recipes, on_recipe_change, recipe, set_description, set_recipe, set_recipe_of_fabric,
-  step_history
+  shell_line, step_history
 } from './recipe.js';
 import {TextEditor} from './text_editor.js';
 
 const view = globalThis.selvedge, {stage} = view, by_id = (id) => document.getElementById(id);
-const STAGES = ['yarns come to rest', 'light', 'fit'];
+const STAGES = {relax: 'yarns come to rest', bake: 'light', fit: 'fit'};
 /** Bytes that a text and a fabric have at most. */
 const TEXT = 16e6, FABRIC = 64e6;
 /** Pictures of the list by the names of their stitches, seven in a row. */
@@ -24,6 +24,10 @@ const state = {making: false, shown: 0, preview_ms: null, made_ms: 0, shown_ms: 
 /** The bytes of the cloth that is made, or of the last whole one. */
 let making = null, last_fabric = null, resolve_current = null, garment = null, fabrics = [];
 
+/** The commands that make the cloth, and dress a garment of the user in it. */
+function command() {
+  return command_line() + (garment?.file_name ? `\n${shell_line(['selvedge', ...garment.words()])}` : '');
+}
 function show_recipe() {
   const offer = offered_recipes.find(({stitch, text}) => stitch === recipe.stitch && (text === undefined) === (recipe.text === undefined));
   for (const input of by_id('stitches').querySelectorAll('input')) input.checked = input.value === offer?.stitch;
@@ -36,7 +40,7 @@ function show_recipe() {
   show_values();
   by_id('undo').disabled = !can_step_history(-1);
   by_id('redo').disabled = !can_step_history(1);
-  by_id('command').value = command_line();
+  by_id('command').value = command();
 }
 /** Shows a line of the module where the control is that it speaks of. */
 function refuse(line) {
@@ -47,7 +51,7 @@ function refuse(line) {
 
 const show_progress = (text) => by_id('made').textContent = text;
 const maker = new Maker({
-  describe: set_description, progress: (number, fraction) => state.making && show_progress(`making: ${STAGES[number]}, ${Math.round(100 * fraction)} %`),
+  describe: set_description, progress: (stage, fraction) => state.making && show_progress(`making: ${STAGES[stage]}, ${Math.round(100 * fraction)} %`),
   relaxed: () => ++state.relaxed, bytes_of: (id) => view.bytes_of(by_id(id))
 });
 /** The bytes of the cloth, once they are made. */
@@ -94,10 +98,10 @@ async function show(bytes, is_over, is_whole = true) {
   const fabric = new LoadedFabric(bytes.slice().buffer, recipe.stitch), last = fabrics.at(-1);
   await fabric.settled;
   if (is_over() || fabric.issue) return fabric.dispose();
-  const is_as_large = String(last.mm_per_repeat) === String(fabric.mm_per_repeat) && stage.cloth_materials().every((material) => material.fabric === last);
+  const is_as_large = String(last.mm_per_repeat) === String(fabric.mm_per_repeat) && [...view.materials].every((material) => material.fabric === last);
   const shown = stage.cloth = is_as_large ? last : fabric;
   if (is_whole) show_sheet(fabric, bytes);
-  for (const material of stage.cloth_materials()) {
+  for (const material of view.materials) {
     if (!is_as_large) material.set_fabric(fabric, {keeps: true});
     if (is_whole) stage.fit_material(material, fabric);
   }
@@ -107,7 +111,7 @@ async function show(bytes, is_over, is_whole = true) {
     view.prepare();
   }
   const is_shown = () => cell_images.shows(shown) &&
-      stage.cloth_materials().every(({garment}) => garment?.fabric === shown && ['shown', 'ended'].includes(garment.state));
+      [...view.materials].every(({garment}) => garment?.fabric === shown && ['shown', 'ended'].includes(garment.state));
   return new Promise((end) => {
     const look = () => {
       if (!is_over() && !is_shown()) {
@@ -155,7 +159,7 @@ on_click('save_fabric', async () => {
 });
 on_click('save_garment', async () => {
   const name = file_name(), bytes = await made_bytes();
-  if (bytes) save(new Blob([await garment.dressed_glb(bytes, name)], {type: 'model/gltf-binary'}), `${garment.name}.${name}.glb`);
+  if (bytes) save(new Blob([await garment.dressed_glb(bytes)], {type: 'model/gltf-binary'}), `${garment.name}.${name}.glb`);
 });
 /** Shows a line that is not about the recipe. */
 const show_message = (line) => by_id('refusal').textContent = line;
@@ -165,9 +169,7 @@ async function open(file) {
   try {
     if (ending === '.exr') await open_fabric(file);
     else if (ending === '.glb') {
-      const remarks = await garment.open_file(file, stage.cloth);
-      show_message(remarks.join('; '));
-      show_parts();
+      await dress(file.name, (cloth) => garment.open_file(file, cloth));
       by_id('parts').parentElement.open = true;
     } else if (['.txt', '.wif', '.json'].includes(ending)) {
       if (file.size > TEXT) throw new Error(`has ${file.size} bytes, a chart or draft here has at most ${TEXT}`);
@@ -186,13 +188,23 @@ async function open_fabric(file) {
   if (issue) throw new Error(`${issue.place ? `${issue.place}: ` : ''}${issue.message} [${issue.code}]`);
   set_recipe_of_fabric(found);
 }
-/** Checkboxes of the materials of the garment that can wear the cloth. */
+/** Lets change(bytes) dress the garment in the cloth, and shows the report. */
+async function dress(name, change) {
+  show_message(`dressing ${name} …`);
+  const refusal = await change(await made_bytes() ?? last_fabric).then(() => null, ({message}) => `${name}: ${message}`);
+  show_parts();
+  show_message(refusal ?? garment.remarks.join('; '));
+}
+/** Checkboxes of the garment's materials, with what `dress` says of them. */
 function show_parts() {
   by_id('parts').replaceChildren(...garment.parts.map((part) => {
-    const input = element('input', {type: 'checkbox', checked: part.wears, onchange: () => garment.set_wears(part, input.checked)});
-    return element('label', {}, input, part.name);
+    const input = element('input', {type: 'checkbox', checked: part.wears});
+    input.onchange = () => dress(part.name, (cloth) => garment.set_wears(part, input.checked, cloth));
+    return element('p', {}, element('label', {}, input, part.name), element('small', {textContent: part.about}));
   }));
+  by_id('command').value = command();
 }
+by_id('tint').addEventListener('change', () => garment?.file_name && dress(garment.file_name, garment.dress_again));
 on_click('open', () => by_id('file').click());
 by_id('file').addEventListener('change', async ({target}) => {
   for (const file of target.files) await open(file);
@@ -206,7 +218,7 @@ addEventListener('drop', async (event) => {
 on_click('save_picture', async () => save(await view.picture(), `${file_name()}.png`));
 on_click('copy', async () => {
   by_id('command').select();
-  await navigator.clipboard?.writeText(command_line()).catch(() => {});
+  await navigator.clipboard?.writeText(command()).catch(() => {});
 });
 const editor = new TextEditor((text) => set_recipe({...recipe, text}));
 on_recipe_change((is_other, makes = true) => {
@@ -217,13 +229,8 @@ on_recipe_change((is_other, makes = true) => {
 build_fields();
 show_recipe();
 view.started.then(async () => {
-  garment = new GarmentEditor(view);
+  garment = new GarmentEditor(view, new Maker({bytes_of: (id) => view.bytes_of(by_id(id))}));
   [{fabric: stage.cloth}] = view.materials;
-  await garment.fit_cloth(stage.garments[0], stage.cloth);
-  stage.on_variant_change = async () => {
-    await garment.fit_cloth(stage.garments[0], stage.cloth);
-    show_parts();
-  };
   show_parts();
   const bytes = await garment.first_fabric();
   if (bytes && state.bytes === null && !state.making) show_sheet(stage.cloth, state.bytes = bytes);

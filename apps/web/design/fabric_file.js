@@ -1,22 +1,4 @@
-// The data sheet of a fabric file, and its picture.
-import {unpack} from 'selvedge/reader/exr.js';
-import {channel_values, read_headers, read_level} from 'selvedge/reader/index.js';
-
-/** The preview in the file of a LoadedFabric as PNG, as bright as its base colour. */
-export async function preview_png(bytes, {fallback}) {
-  const {parts: [part]} = read_headers(bytes);
-  await unpack(part, [0]);
-  const {width, height} = part.levels[0], channels = read_level(part, 0), image = new ImageData(width, height);
-  for (const [c, name] of [...'RGB'].entries()) {
-    const values = channel_values(channels.get(name)), mean = values.reduce((sum, x) => sum + x, 0) / values.length;
-    const factor = (fallback.baseColor?.[c] ?? mean) / (mean || 1);
-    values.forEach((x, k) => image.data[4 * k + c] = 255 * linear_to_srgb(Math.min(1, x * factor)) + 0.5);
-  }
-  for (let k = 3; k < image.data.length; k += 4) image.data[k] = 255;
-  const canvas = new OffscreenCanvas(width, height);
-  canvas.getContext('2d').putImageData(image, 0, 0);
-  return new Uint8Array(await (await canvas.convertToBlob()).arrayBuffer());
-}
+// The data sheet of a fabric file.
 /** A linear component, sRGB-coded. */
 export const linear_to_srgb = (x) => x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055;
 

@@ -1,13 +1,14 @@
-// The worker that makes fabrics (maker_worker.js), as the page has it.
-import {keep_shape} from '../../../converter/web/make.mjs';
+// The worker of the program (maker_worker.js), as the page has it.
+import {keep_shape} from '../../npm/make.mjs';
 
 export class Maker {
-  #url = URL.createObjectURL(new Blob([document.getElementById('maker').textContent], {type: 'text/javascript'}));
-  #module = null;
+  static #url = URL.createObjectURL(new Blob([document.getElementById('maker').textContent], {type: 'text/javascript'}));
+  /** A promise, of one for all. */
+  static #program = null;
   #worker = null;
   #is_busy = false;
   /** Shapes of yarn at rest for the next worker: those that the page brings, each after its length, and others. */
-  #shapes = new Map();
+  static #shapes = new Map();
   /** `page`: { describe(stitch), progress(stage, fraction), relaxed(), bytes_of(id) }: called with what the worker posts; bytes in the page. */
   constructor(page) {
     this.page = page;
@@ -15,16 +16,16 @@ export class Maker {
   async #load() {
     const bytes = await this.page.bytes_of('shapes'), numbers = new DataView(bytes);
     for (let begin = 0, count; begin < bytes.byteLength; begin += 4 + count)
-      keep_shape(this.#shapes, new Uint8Array(bytes, begin + 4, count = numbers.getUint32(begin, true)));
-    return WebAssembly.compile(await this.page.bytes_of('make'));
+      keep_shape(Maker.#shapes, new Uint8Array(bytes, begin + 4, count = numbers.getUint32(begin, true)));
+    return WebAssembly.compile(await this.page.bytes_of('program'));
   }
   /** Sends the worker work, and returns its answer. A worker that is busy with other work ends. */
   async ask(message) {
-    const module = await (this.#module ??= this.#load());
+    const program = await (Maker.#program ??= this.#load());
     if (this.#is_busy) this.#worker.terminate();
     if (this.#is_busy || !this.#worker) {
-      this.#worker = new Worker(this.#url);
-      this.#worker.postMessage({module, shapes: this.#shapes});
+      this.#worker = new Worker(Maker.#url);
+      this.#worker.postMessage({program, shapes: Maker.#shapes});
     }
     this.#is_busy = true;
     return new Promise((end) => {
@@ -34,7 +35,7 @@ export class Maker {
       };
       this.#worker.onmessage = ({data: {stitch, stage, fraction, shape, ...found}}) => {
         if (stitch) return this.page.describe(stitch);
-        if (shape) return this.page.relaxed(keep_shape(this.#shapes, shape));
+        if (shape) return this.page.relaxed(keep_shape(Maker.#shapes, shape));
         if (stage === undefined) return answer(found);
         this.page.progress(stage, fraction);
       };

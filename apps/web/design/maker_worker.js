@@ -1,23 +1,31 @@
-// The worker that makes fabrics, one after the other: takes { module, shapes } of FabricMaker first, then { recipe, whole };
-// posts { stitch } of a text, { stage, fraction }, { shape }, and { bytes, remarks } of a preview or of the whole, or { refusal }, a line.
-import {zlibSync} from 'three/addons/libs/fflate.module.js';
-import {FabricMaker} from '../../../converter/web/make.mjs';
+// The worker of the program: takes { program, shapes } first, a WebAssembly.Module and a Map of keep_shape(). To { argv, files } it
+// posts { files, out, err } of the program's run. To { recipe, whole } it posts { stitch } of a text, { stage, fraction }, { shape }, and
+// { bytes, remarks } of a preview or of the whole fabric, or { refusal }, a line.
+import {codecs} from '../../npm/codecs.js';
+import {memory_host, run_module} from '../../npm/host.js';
+import {FabricMaker} from '../../npm/make.mjs';
 
 /** ms between two messages of progress. */
 const INTERVAL = 100;
-let maker = null, posted_at = 0, is_whole = false;
+let module = null, maker = null, posted_at = 0, is_whole = false;
 
 function progress(stage, fraction) {
   if (performance.now() < posted_at + INTERVAL) return;
   posted_at = performance.now();
   postMessage({stage, fraction});
 }
-onmessage = ({data: {module, shapes, recipe, whole}}) => {
-  if (module) {
+onmessage = async ({data: {program, shapes, argv, files, recipe, whole}}) => {
+  if (program) {
     // Previews are read at once, by this page alone.
-    const deflate = (bytes) => is_whole ? zlibSync(bytes, {level: 4}) : bytes;
-    maker = new FabricMaker(module, {deflate, progress, shapes, describe: (stitch) => postMessage({stitch}), shape: (shape) => postMessage({shape})});
+    const deflate = (bytes, level) => is_whole ? codecs.deflate(bytes, level) : bytes;
+    maker = new FabricMaker(module = program, {deflate, progress, shapes, describe: (stitch) => postMessage({stitch}), shape: (shape) => postMessage({shape})});
     return;
+  }
+  if (argv) {
+    const said = {out: '', err: ''};
+    await codecs.meshopt.ready;
+    run_module(module, argv, memory_host(files, said), codecs);
+    return postMessage({files, ...said});
   }
   is_whole = whole;
   try {

@@ -86,13 +86,17 @@ export function default_text(parameter) {
 }
 /** The name of the files of a cloth. */
 export const file_name = () => recipe.stitch.replace(/\.\w+$/, '');
+/** Words as a shell takes them. */
+export function shell_line(words) {
+  const quoted = (word) => /^[\w.,=+-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
+  return words.map(quoted).join(' ');
+}
 /** The words of `selvedge make` that make this cloth, after the text that it is made of. */
 export function command_line() {
-  const quoted = (word) => /^[\w.,=+-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
   const {stitch, text, set, ...options} = recipe, words = Object.entries(set).flatMap(([name, value]) => ['--set', `${name}=${value}`]);
   for (const [name, value] of Object.entries(options)) words.push(`--${name}`, String(value));
-  const line = ['selvedge', 'make', stitch, ...words, '-o', `${file_name()}.fabric.exr`].map(quoted).join(' ');
+  const line = shell_line(['selvedge', 'make', stitch, ...words, '-o', `${file_name()}.fabric.exr`]);
   if (text === undefined) return line;
-  return `cat > ${quoted(stitch)} << 'END_OF_TEXT'\n${text}${text.endsWith('\n') ? '' : '\n'}END_OF_TEXT\n${line}`;
+  return `cat > ${shell_line([stitch])} << 'END_OF_TEXT'\n${text}${text.endsWith('\n') ? '' : '\n'}END_OF_TEXT\n${line}`;
 }
 export {kinds};

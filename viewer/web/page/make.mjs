@@ -10,7 +10,7 @@ import {mkdirSync, readFileSync, writeFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
 import {basename, dirname, join, resolve} from 'node:path';
 import {fileURLToPath} from 'node:url';
-import {gzipSync} from 'node:zlib';
+import {deflateSync} from 'node:zlib';
 
 const [package_folder, modules, page] = process.argv.slice(2, 5).map((path) => resolve(path));
 const {build} = createRequire(join(modules, 'x.js'))('esbuild');
@@ -34,7 +34,7 @@ for (const [mark, file] of Object.entries(files)) {
   const named = (one) => [basename(one), readFileSync(one, 'utf8')];
   if (file.includes(',')) texts[mark] = JSON.stringify(Object.fromEntries(file.split(',').map(named))).replaceAll('</', '<\\/');
   else if (file.endsWith('.js')) texts[mark] = await bundled(path, mark === 'PAGE' ? 'esm' : 'iife');
-  else if (/\.(wasm|bin)$/.test(file)) texts[mark] = gzipSync(readFileSync(path), {level: 9}).toString('base64');
+  else if (/\.(wasm|bin)$/.test(file)) texts[mark] = deflateSync(readFileSync(path), {level: 9}).toString('base64');
   else texts[mark] = readFileSync(path, file.endsWith('.webp') ? 'base64' : 'utf8');
 }
 mkdirSync(dirname(page), {recursive: true});

@@ -20,11 +20,11 @@ const OTHER_LIGHT = 0.3, OTHER_PLACE = new Vector3(1, 0.2, 0.7), AMBIENT = 0.1, 
 const FINEST = 2, SLOW = 1000 / Number(document.querySelector('[data-fps]')?.dataset.fps ?? 30), REST = 250, LONG = 2500, SHOW = 250;
 
 const by_id = (id) => document.getElementById(id);
-/** The bytes that a text or an element holds by gzip and base64. */
+/** The bytes that a text or an element holds by zlib and base64. */
 function bytes_of(element) {
   const text = atob((element.textContent ?? element).trim()), bytes = new Uint8Array(text.length);
   for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
-  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate'))).arrayBuffer();
 }
 const note = (text) => void (by_id('note').textContent += `${text}\n`);
 

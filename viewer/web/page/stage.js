@@ -30,10 +30,6 @@ export class Stage {
   tint_colour = null;
   shown_view = 'garment';
   swatches = new Group();
-  /** Whether a material takes the cloth. */
-  accepts_cloth = () => true;
-  /** Called when a variant has put on other materials. */
-  on_variant_change = () => {};
   #own = new WeakMap();
   #plane = new PlaneGeometry(SIDE, SIDE);
 
@@ -102,13 +98,10 @@ export class Stage {
         await mesh.material.fabric?.settled;
       }
     }
-    await this.on_variant_change();
     this.show_view();
   }
-  /** Materials on the stage that wear the cloth. */
-  cloth_materials = () => [...this.view.materials].filter(this.accepts_cloth);
   put_on_cloth() {
-    for (const material of this.cloth_materials()) {
+    for (const material of this.view.materials) {
       const own = this.#own_of(material), fabric = this.cloth ?? own.fabric;
       if (material.fabric !== fabric) material.set_fabric(fabric);
       this.fit_material(material, fabric);

@@ -1,61 +1,36 @@
-// The WebAssembly module that makes fabrics of yarn: a recipe in, the bytes of a fabric file out (make.mjs).
-// The host remembers how yarns came to rest.
-//
-// A refusal goes to the host and ends the instance: nothing is caught here (format/base/guard.h).
+// Fabrics as pages make them, by recipes: previews first, and with yarn that came to rest before, which the
+// host remembers.
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 #include <type_traits>
-#include <typeinfo>
 #include <vector>
 
 #include "converter/make/make.h"
-#include "converter/stitch/picture_chart.h"
 #include "converter/stitch/yarn_mesh.h"
-#include "fitter/refit_to_pairs.h"
 #include "format/base/digest.h"
 #include "format/base/guard.h"
 #include "format/base/json_text.h"
-#include "format/base/parallel.h"
-#include "format/exr/bytes.h"
-#include "format/exr/size.h"
+#include "format/web/host.h"
 
 namespace selvedge {
+
+enum class HostEvent : std::int32_t { refusal, remark, stitch, shape };
+
+/// Takes bytes.
+SELVEDGE_HOST(emit) void host_emit(HostEvent event, const char* bytes, std::size_t count);
+/// Writes the shape of this key (key_of()) to host_input(), if there is one; whether there is.
+SELVEDGE_HOST(recall) bool host_recall(const char* key);
+
 namespace {
-
-enum class HostEvent : std::int32_t { fabric, refusal, remark, stitch, shape };
-
-/// Takes bytes. Does not return from a refusal.
-extern "C" [[clang::import_module("host"), clang::import_name("emit")]] void host_emit(HostEvent event,
-                                                                                       const char* bytes,
-                                                                                       std::size_t count);
-/// Writes the shape of this key (key_of()) to the input, if there is one; whether there is.
-extern "C" [[clang::import_module("host"), clang::import_name("recall")]] bool host_recall(const char* key);
-/// The stage that runs (yarns come to rest, bake, fit), and the fraction of it that is done.
-extern "C" [[clang::import_module("host"), clang::import_name("progress")]] void host_progress(
-    std::int32_t stage, double fraction);
-/// Packs bytes by zlib at level 4 to `out`, which has room for as many; returns the packed size, or `count`
-/// where they do not get smaller.
-extern "C" [[clang::import_module("host"), clang::import_name("deflate")]] std::size_t host_deflate(
-    const std::uint8_t* bytes, std::size_t count, std::uint8_t* out);
 
 using Json = nlohmann::ordered_json;
 
-std::string input_text;                  ///< the recipe, JSON; then a shape
-std::string stitch_name;                 ///< for messages
-std::optional<std::string> stitch_text;  ///< the one file that there is
+std::string stitch_name;  ///< for messages
 
 void emit(HostEvent event, const std::string& bytes) { host_emit(event, bytes.data(), bytes.size()); }
-
-[[noreturn]] void refuse(Error error) {
-  if (error.file.empty()) error.file = stitch_name;
-  emit(HostEvent::refusal, to_line(error));
-  std::abort();
-}
 
 [[noreturn]] void refuse_option(const std::string& place, const std::string& why) {
   throw Failure{{Code::option_out_of_range, {}, place, why}};
@@ -124,7 +99,7 @@ RelaxResult relaxed_once(const StitchPattern& pattern, const RelaxOptions& optio
   const std::string key = key_of(pattern, options);
   if (host_recall(key.data())) {
     RelaxResult relaxed{pattern};
-    Numbers all(input_text);
+    Numbers all(host_input());
     pass(relaxed, all);
     return relaxed;
   }
@@ -148,7 +123,6 @@ RelaxResult relaxed_roughly(const StitchPattern& pattern, RelaxOptions options) 
 
 /// Reads the members that make.mjs documents.
 MakeOptions read_recipe(Json& json, StitchSettings& settings) {
-  stitch_text.reset();
   const std::string quality = json.value("quality", std::string(default_quality));
   if (std::ranges::find(quality_names, quality) == quality_names.end())
     refuse_option("quality", "there is no \"" + quality + "\"");
@@ -158,7 +132,7 @@ MakeOptions read_recipe(Json& json, StitchSettings& settings) {
     if (name == "stitch") {
       stitch_name = value.get<std::string>();
     } else if (name == "text") {
-      stitch_text = value.get<std::string>();
+      if (!value.is_string()) refuse_option(name, "is no text");
     } else if (name == "set") {
       for (auto& [parameter, setting] : value.items()) {
         const std::string text = setting.is_string() ? setting.get<std::string>() : setting.dump();
@@ -209,11 +183,12 @@ void make(Json json, bool preview) {
     options.bake.held_out_pairs = options.bake.validation_pairs = 0;
     options.bake.has_coarse_light = true;
   }
-  const auto stage = [](std::int32_t number) {
-    return [number](double fraction) { host_progress(number, fraction); };
+  const auto stage = [](std::string_view name) {
+    return [name](double fraction) { host_progress(name.data(), name.size(), fraction); };
   };
-  stage(0)(0);
-  if (stitch_text) emit(HostEvent::stitch, to_json(value_or_throw(describe_stitch(stitch_name))).dump());
+  stage("relax")(0);
+  if (json.contains("text"))
+    emit(HostEvent::stitch, to_json(value_or_throw(describe_stitch(stitch_name))).dump());
   BakeOptions of_bake = options.bake;
   bool is_large = false;
   const auto adapt = [&](const auto& stitch) {
@@ -229,7 +204,7 @@ void make(Json json, bool preview) {
         is_large = size.length_radii > 1000;
       },
       [&](const StitchPattern& pattern, RelaxOptions relaxation) {
-        relaxation.progress = stage(0);
+        relaxation.progress = stage("relax");
         return preview && is_large ? relaxed_roughly(pattern, relaxation) : relaxed_once(pattern, relaxation);
       }));
   adapt(stitch);
@@ -239,73 +214,36 @@ void make(Json json, bool preview) {
   if (!preview) provenance["sheet"] = value_or_throw(sheet_of(stitch, cell.yarns, cell.period));
   provenance["recipe"] = recipe_of(stitch_name, stitch, json);
   const std::string text = provenance.dump(-1, ' ', false, Json::error_handler_t::replace);
-  const Baked baked = value_or_throw(bake(cell, stitch_name, of_bake, text, stage(1)));
+  const Baked baked = value_or_throw(bake(cell, stitch_name, of_bake, text, stage("bake")));
   if (preview)
     return value_or_throw(write_fabric(stitch_name, preview_of(baked.samples, options), options.write));
-  const FitOutcome fitted = value_or_throw(fit_fabric(baked.samples, options, stage(2)));
+  const FitOutcome fitted = value_or_throw(fit_fabric(baked.samples, options, stage("fit")));
   for (const auto* remarks : {&stitch.remarks, &baked.report.remarks})
     for (const std::string& remark : *remarks) emit(HostEvent::remark, remark);
   value_or_throw(write_fabric(stitch_name, fitted.fabric, options.write));
 }
 
+/// Makes the fabric of the recipe in host_input(), a file of its stitch's name; a refusal goes to the host.
+void make_or_refuse(bool preview) {
+  try {
+    make(Json::parse(host_input()), preview);
+  } catch (Failure& failure) {
+    if (failure.error.file.empty()) failure.error.file = stitch_name;
+    emit(HostEvent::refusal, to_line(failure.error));
+  } catch (const std::exception& error) {
+    emit(HostEvent::refusal, to_line({Code::json_malformed, stitch_name, {}, exception_message(error)}));
+  }
+}
+
 }  // namespace
 
-// In place of sources with OpenEXR, zlib, threads, files and Ceres.
-Result<void> write_file(const std::string&, const std::string& bytes) {
-  emit(HostEvent::fabric, bytes);
-  return {};
-}
-
-std::vector<std::uint8_t> exr_deflate(std::span<const std::uint8_t> bytes) {
-  std::vector<std::uint8_t> packed(bytes.size());
-  packed.resize(host_deflate(bytes.data(), bytes.size(), packed.data()));
-  return packed;
-}
-
-void parallel_for(int begin, int end, const std::function<void(int)>& body) {
-  for (int i = begin; i < end; ++i) body(i);
-}
-int thread_count() { return 1; }
-
-Result<std::string> read_file(const std::string& path, std::uintmax_t) {
-  if (stitch_text) return *stitch_text;
-  return fail(Code::file_missing, path, {}, "no such file");
-}
-
-/// The browser reads pictures.
-bool is_png(const std::string&) { return false; }
-std::string chart_of_picture(const std::string&, const std::string&) { return {}; }
-
-void refit_to_pairs(Fabric&, const PairSamples&, int, const FitOptions&) {}  // no pairs are measured
-
 extern "C" {
-/// Room for the bytes of a recipe, or of a shape.
-[[clang::export_name("input")]] char* input(std::size_t count) {
-  input_text.resize(count);
-  return input_text.data();
-}
-
-/// Makes the fabric of the recipe.
-[[clang::export_name("make")]] void make_fabric() { make(Json::parse(input_text), false); }
+[[clang::export_name("make")]] void make_fabric() { make_or_refuse(false); }
 /// Makes one that looks about the same, in a fraction of the time.
-[[clang::export_name("preview")]] void preview_fabric() { make(Json::parse(input_text), true); }
+[[clang::export_name("preview")]] void preview_fabric() { make_or_refuse(true); }
 /// Hands the built-in stitches to the host.
 [[clang::export_name("stitches")]] void emit_stitches() {
   for (const StitchInfo& info : built_in_stitches()) emit(HostEvent::stitch, to_json(info).dump());
-}
-
-// The C++ runtime beside wasi-libc and libc++: what is thrown is a refusal; there are no clock, no files and
-// one thread, and the instance ends with its fabric.
-void* __cxa_allocate_exception(std::size_t size) { return std::malloc(size); }
-void __cxa_throw(void* thrown, const std::type_info* type, void (*)(void*)) {
-  if (*type == typeid(Failure)) refuse(std::move(static_cast<Failure*>(thrown)->error));
-  refuse({Code::json_malformed, {}, {}, exception_message(*static_cast<const std::exception*>(thrown))});
-}
-int __cxa_thread_atexit(void (*)(void*), void*, void*) { return 0; }
-int __cxa_atexit(void (*)(void*), void*, void*) { return 0; }
-int clock_gettime(clockid_t, timespec* now) {
-  *now = {};
-  return 0;
 }
 }
 
