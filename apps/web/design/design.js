@@ -193,15 +193,16 @@ async function dress(name, change) {
   show_message(`dressing ${name} …`);
   const refusal = await change(await made_bytes() ?? last_fabric).then(() => null, ({message}) => `${name}: ${message}`);
   show_parts();
-  show_message(refusal ?? garment.remarks.join('; '));
+  show_message(refusal ?? '');
 }
 /** Checkboxes of the garment's materials, with what `dress` says of them. */
 function show_parts() {
-  by_id('parts').replaceChildren(...garment.parts.map((part) => {
+  const remarks = garment.remarks.map((textContent) => element('small', {textContent})), parts = garment.parts.map((part) => {
     const input = element('input', {type: 'checkbox', checked: part.wears});
     input.onchange = () => dress(part.name, (cloth) => garment.set_wears(part, input.checked, cloth));
     return element('p', {}, element('label', {}, input, part.name), element('small', {textContent: part.about}));
-  }));
+  });
+  by_id('parts').replaceChildren(...parts, ...remarks);
   by_id('command').value = command();
 }
 by_id('tint').addEventListener('change', () => garment?.file_name && dress(garment.file_name, garment.dress_again));
