@@ -1,4 +1,4 @@
-// What the program unpacks and packs by libraries of others.
+// Libraries of others by which the program unpacks and packs.
 import { deflate, inflate } from 'pako';
 import { MeshoptDecoder } from 'meshoptimizer/decoder';
 
