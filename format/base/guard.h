@@ -6,8 +6,8 @@
 // it, catch_failure() back: an exported function of many steps is `return catch_failure([&] { ... })`. A verb
 // of a program may throw; Program catches it. catch_exceptions(): turns exceptions of third-party libraries
 // too, std::bad_alloc included, into Errors. For the entry points of programs and of the installed library;
-// an exception that reaches another caller is a bug, which the fuzz targets report. In WebAssembly nothing is
-// caught: the host gets what is thrown, and the instance ends (converter/web); nothing may run after it.
+// an exception that reaches another caller is a bug, which the fuzz targets report. In the module of cell
+// images nothing is caught: the host gets what is thrown, and the instance ends; nothing may run after it.
 #pragma once
 
 #include <string>

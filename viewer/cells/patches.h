@@ -102,7 +102,7 @@ class Patches {
   void choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits,
               std::span<const Light> lights, bool is_moving = false);
 
-  /// Of a patch in the frame, as if it were flat: pixels.
+  /// Area of a patch in the frame, as if it were flat, pixels.
   float shown_area(std::uint32_t i) const {
     const float repeats = static_cast<float>(shown_[i].units_per_side) / finest_patches_per_repeat();
     const V2f& pixel = shown_[i].pixel_width_texels;

@@ -295,14 +295,15 @@ void mark_visible(Garment& garment) {
                          (all > 0 ? garment.needed_bytes / all : 1);
   // Images that are shown stay; first come patches without an image, then those that were not looked at for
   // longest, while it moves; and of these patches that are large or in the middle of the picture.
-  const bool moves = garment.options.cells.is_moving;
+  const bool is_moving = garment.options.cells.is_moving;
   const auto visit = [&](std::size_t first, std::size_t end, int part) {
     std::vector<std::tuple<std::uint64_t, float, std::size_t>> all;
     for (std::size_t i = first; i < end; ++i) {
       const PatchSide patch = garment.needs[i].patch;
       const auto& [image, last_frame] = garment.shown[patch];
       const bool is_there = image != 0 && page.atlas.find(image, 0) != 0;
-      all.emplace_back(moves && is_there ? last_frame : 0, off_middle(garment.camera, patches[patch / 2]), i);
+      all.emplace_back(is_moving && is_there ? last_frame : 0, off_middle(garment.camera, patches[patch / 2]),
+                       i);
     }
     std::ranges::sort(all);
     const auto shown = std::ranges::find_if(all, [](const auto& each) { return std::get<0>(each) != 0; });
@@ -311,9 +312,9 @@ void mark_visible(Garment& garment) {
       garment.visits.push_back(garment.needs[std::get<2>(each)]);
   };
   garment.visits.clear();
-  visit(0, garment.front_need_count, moves ? visits_of_front : 1);
+  visit(0, garment.front_need_count, is_moving ? visits_of_front : 1);
   garment.front_visit_count = garment.visits.size();
-  visit(garment.front_need_count, garment.needs.size(), moves ? visits_behind : 1);
+  visit(garment.front_need_count, garment.needs.size(), is_moving ? visits_behind : 1);
 }
 
 /// The first entry of a free run of this length in the table.
