@@ -121,7 +121,7 @@ test_a_weaving_draft_is_a_stitch() {
   printf '[WARP SPACING]\n1=0.03\n5=0.03\n' >>twill.wif
   exits 0 selvedge bake twill.wif --set yarn=tube -o t.samples.exr --quiet --views 4 --lights 4 --samples 1 --pairs 0
   exits 0 selvedge info t.samples.exr --json
-  holds "JSON.stringify(r).includes('[44,16]')"
+  holds "JSON.stringify(r).includes('[22,16]')"
 }
 
 test_a_knitting_chart_is_a_stitch() {
