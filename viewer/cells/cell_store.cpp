@@ -492,8 +492,8 @@ std::vector<CellStore::Work*> CellStore::order(std::span<Work> all) {
     const double less = options_.remade_fraction < 1 ? std::clamp(of_repeat, min_fresh, 1.0) : 1;
     allowed += work.cost * options_.remade_fraction * less;
   }
-  std::stable_sort(order.begin(), order.end(),
-                   [](const Work* a, const Work* b) { return a->change > b->change; });
+  // At rest all are made, in the order of the request.
+  if (options_.is_moving) std::ranges::stable_sort(order, std::ranges::greater(), &Work::change);
   std::size_t count = 0;
   double spent = 0;
   for (; count < order.size(); ++count) {
