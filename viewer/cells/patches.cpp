@@ -284,7 +284,7 @@ struct Patches::View {
   V3d origin;
   std::span<const Light> lights;
   Projected project(const Patch& patch, float repeats) const;
-  bool splits(const Patch& patch, const Projected& seen, const PatchLimits& limits) const;
+  bool splits(const Patch& patch, const Projected& seen, const PatchLimits& bounds) const;
   float offset(const Patch& patch, const Projected& seen, float relief) const;
   V3f towards(const Light& light, const Patch& patch) const {
     return light.kind == LightKind::directional ? V3f(light.direction)
@@ -343,17 +343,17 @@ Patches::Projected Patches::View::project(const Patch& patch, float repeats) con
 }
 
 /// Whether one image is too little for a patch of more than one repeat.
-bool Patches::View::splits(const Patch& patch, const Projected& seen, const PatchLimits& limits) const {
+bool Patches::View::splits(const Patch& patch, const Projected& seen, const PatchLimits& bounds) const {
   // Rays of a patch turn as its normals do, and its pixels are of one size.
   constexpr auto radians = static_cast<float>(radians_per_degree);
   const float cosine = turn_cosine(patch);
   const float spread = std::sqrt(std::max(0.0F, 1 - cosine * cosine));
-  const float degrees = std::min(limits.max_turn_degree_pixels / std::max(seen.pixels_of_repeat, 1e-3F),
-                                 limits.max_turn_degrees);
+  const float degrees = std::min(bounds.max_turn_degree_pixels / std::max(seen.pixels_of_repeat, 1e-3F),
+                                 bounds.max_turn_degrees);
   return cosine < std::cos(degrees * radians) ||
-         (!parallel && 0.5F * seen.radius > limits.max_turn_degrees * radians * seen.depth) ||
-         seen.longest > limits.max_side_pixels || seen.repeats > limits.max_side_repeats ||
-         (seen.longest > limits.max_outline_pixels && (seen.facing < spread || turns_away(patch, spread)));
+         (!parallel && 0.5F * seen.radius > bounds.max_turn_degrees * radians * seen.depth) ||
+         seen.longest > bounds.max_side_pixels || seen.repeats > bounds.max_side_repeats ||
+         (seen.longest > bounds.max_outline_pixels && (seen.facing < spread || turns_away(patch, spread)));
 }
 
 /// Pixels between yarn at the border of a patch and its place: half the angles by which rays and normals turn
