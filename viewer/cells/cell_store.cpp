@@ -499,7 +499,7 @@ std::vector<CellStore::Work*> CellStore::order(std::span<Work> all) {
   for (; count < order.size(); ++count) {
     Work& work = *order[count];
     if (work.outdated < HUGE_VALF) {
-      if (spent >= allowed) break;
+      if (options_.is_moving && spent >= allowed) break;
       spent += work.cost;
     }
     work.kept = std::make_shared<Kept>(bytes_);

@@ -21,9 +21,11 @@ TEST_CASE("cell images without room are coarser, alike for any number of threads
     CellImageOptions cells;
     std::size_t memory;
     double db;  ///< to a frame with room
+    int band_rows = 0;
   };
   for (const Case& example : {Case{"yarn", yarn, {24, 12}, {}, 100'000, 28},
                               Case{"yarn that moves", yarn, {24, 12}, moving_cell_images, 100'000, 25},
+                              Case{"bands that share patches", yarn, {8, 4}, {}, 400'000, 28, 8},
                               Case{"patches share images", yarn, {120, 60}, {}, 400'000, 40},
                               Case{"texels", test::random_fabric(64, 64, 3), {24, 12}, {}, 200'000, 22}}) {
     INFO(example.name);
@@ -32,6 +34,7 @@ TEST_CASE("cell images without room are coarser, alike for any number of threads
     setting.fabrics = {example.fabric};
     setting.options.width = 160;
     setting.options.height = 120;
+    setting.options.band_rows = example.band_rows;
     setting.options.path = RenderPath::raster;
     setting.options.context = ContextKind::osmesa;
     setting.options.lights = default_lights(test::camera_of(setting));
