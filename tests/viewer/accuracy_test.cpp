@@ -29,7 +29,7 @@ TEST_CASE("an estimated accuracy is near the true one, and at least what was ask
   const Image truth =
       to_display_image(test::render_or_fail(ball.scene, ball.fabrics, camera, best), default_display());
   const auto renderer = test::need(Renderer::create(ball.scene, ball.fabrics, ball.options));
-  for (const double wanted : {20.0, 34.0, 40.0}) {
+  for (const double wanted : {20.0, 34.0, 38.0}) {
     Frame frame;
     RenderStats stats;
     const AccuratePicture picture =

@@ -432,8 +432,8 @@ std::uint32_t CellPass::patch_at(std::uint32_t triangle, const V2f& place) const
   return patches.patch_at(patches.place(triangle), unit(place.x), unit(place.y));
 }
 
-/// A patch that only shows through holes may be coarser, and shares the image of a larger one; if memory is
-/// short, of an ancestor `coarsening` levels up; if time is, of one with an image.
+/// A patch that only shows through holes shares the image of a larger one; if memory is short, of an
+/// ancestor `coarsening` levels up; if time is, of one with an image.
 PatchNeed& CellPass::request(PatchSide patch, bool behind, int coarsening) {
   const PatchSide own = patch;
   const int levels = coarsening + (behind && !store_.is_made(patch) ? 1 : 0);

@@ -37,9 +37,8 @@ constexpr float transmitted_by_thin_cloth = 0.5F;
 /// Texels of cloth without yarn change with the view as if some of them lay so high, repeats.
 constexpr float relief_of_texels = 0.2F;
 
-/// Pixels around a part of a repeat that its image has, too: fewer where its yarn is much.
-constexpr float around_part = 5;
-constexpr float around_part_of_large = 3;
+/// Pixels around a part of a repeat that its image has, too, besides its offset.
+constexpr float around_part = 1;
 
 /// Pixels of coarser images are larger, in steps of a quarter of an octave.
 constexpr float step_larger = 1.189207F;
@@ -207,6 +206,9 @@ void CellStore::begin(const CellFrame& frame) {
   for (float* per_pixel :
        {&options_.samples_per_pixel_side, &options_.shadow_texels_per_pixel, &options_.rays_per_pixel_side})
     *per_pixel *= fraction;
+  const float finer = std::min(2 * fraction, 1.0F);
+  options_.patches.max_turn_degrees *= finer;
+  options_.patches.max_small_offset *= finer * levels_.footprint_pixels * levels_.footprint_pixels;
   lights_ = frame.lights;
   lights_.origin = origin_;
   frame_ = call_ + 1;
@@ -274,7 +276,6 @@ int CellStore::set_pixel(Wanted& wanted, PatchSide patch) const {
   wanted.pixel_width_texels = shown.pixel_width_texels;
   if (!has_windows_ || !patches_.is_part(patch / 2)) return fabric;
   wanted.parts = parts_of(shown, patches_.units_per_repeat());
-  if (cloth.yarn && cloth.yarn->has_large_cell()) wanted.around = around_part_of_large;
   wanted.around += shown.offset;
   return fabric;
 }

@@ -47,13 +47,18 @@ struct PatchLimits {
   /// of height h repeats is seen h * turn * pixels off its place.
   float max_turn_degree_pixels = 80;
   /// Degrees that normals turn and rays differ in any case, of more than one repeat: highlights go with them.
-  float max_turn_degrees = 2;
+  /// With more than two rays along a pixel's side fewer, in proportion.
+  float max_turn_degrees = 4;
   /// Pixels along the longest side of a patch whose normals turn out of sight or away from a light: their
   /// mean is neither.
   float max_outline_pixels = 4;
   /// Pixels between yarn at the border of a patch of at most one repeat and its place:
   /// Patches::View::offset().
   float max_offset_pixels = 0.5F;
+  /// That offset times the pixels of the patch's longer side up to which it stays whole in any case: an image
+  /// costs its margin and its setting-up, too. With more than two rays along a pixel's side less, in
+  /// proportion.
+  float max_small_offset = 40;
 };
 
 /// How cell images are made and kept (viewer/cells). The defaults are for pictures at rest.
