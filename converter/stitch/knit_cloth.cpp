@@ -17,7 +17,7 @@ using std::numbers::pi;
 
 /// Length of pieces, in radii. Curves through their ends leave them by up to this gap, beside contacts.
 constexpr double piece_radii = 0.75;
-constexpr double chord_gap = 0.011;
+constexpr double chord_gap = 0.006;
 /// Loops that one tile of the Hessian holds; fewer than the second are not cut.
 constexpr double loops_a_tile = 64;
 constexpr double max_loops_a_tile = 128;
@@ -94,8 +94,10 @@ KnitCloth::KnitCloth(const DrawnKnit& knit, double gap_radii, const std::vector<
     chains_.push_back(std::move(chain));
   }
   set_tiles();
+  find_mirror();
   const std::size_t count = points_.size();
   lengths_.resize(count);
+  height_ = free_height * unit_;
   radii_.resize(count);
   reaches_.resize(count);
   squeezes_.resize(count, V3d(0));
@@ -128,6 +130,34 @@ void KnitCloth::set_tiles() {
       }
     }
   }
+}
+
+/// Finds the mirror of the drawing, in which column k is column axis - k. What is symmetric stays so:
+/// pressed, all loops would turn to one side, one leg in front of the other.
+void KnitCloth::find_mirror() {
+  const auto columns = static_cast<std::uint32_t>(chains_.front().parts.size());
+  for (std::uint32_t axis = 0; axis < columns; ++axis) {
+    images_.resize(points_.size());
+    bool is_mirror = true;
+    for (const Chain& chain : chains_) {
+      for (std::uint32_t k = 0; k < columns && is_mirror; ++k) {
+        const Part& part = chain.parts[k];
+        const Part& other = chain.parts[(axis + columns - k) % columns];
+        is_mirror = part.end - part.begin == other.end - other.begin && part.length == other.length;
+        for (std::uint32_t i = part.begin; i < part.end && is_mirror; ++i) {
+          const std::uint32_t image = other.end - (i - part.begin);
+          images_[i] = image < chain.end ? image : chain.begin;
+          const V3d& p = points_[i];
+          const V3d& q = points_[images_[i]];
+          const double turns = (p.x + q.x) / period_.x - (axis + 1.0) / columns;
+          const V3d apart(period_.x * (turns - std::round(turns)), p.y - q.y, p.z - q.z);
+          is_mirror = length_of(apart) < 1e-3 * unit_;
+        }
+      }
+    }
+    if (is_mirror) return;
+  }
+  images_.clear();
 }
 
 V3d KnitCloth::after(const Chain& chain, std::uint32_t i) const {
@@ -193,18 +223,17 @@ double KnitCloth::energy(Vector& gradient) {
       gradient.points[i] -= pull;
       gradient.points[next_[i]] += pull;
       add_stress(pull, d);
-      const double weight = thickness_stiffness * rest / (unit_ * unit_ * unit_);
-      const double thick = points_[i].z - std::clamp(points_[i].z, -free_height * unit_, free_height * unit_);
+      const double weight = flat_stiffness_ * rest / (unit_ * unit_ * unit_);
+      const double thick = points_[i].z - std::clamp(points_[i].z, -height_, height_);
       energy += 0.5 * weight * thick * thick;
       gradient.points[i].z += weight * thick;
       const V3d bend = d - before;
-      const double size = length_of(bend);
-      const double excess = size - curvatures_[i] * rest * rest;
+      const double set = curvatures_[i] * rest * rest;
+      const double size = std::sqrt(bend.length2() + set * set);
       const double bending = unit_ / (rest * rest * rest);
-      energy += 0.5 * bending * excess * excess;
+      energy += 0.5 * bending * (size - set) * (size - set);
       before = d;
-      if (size == 0) continue;
-      const V3d moment = bend * (bending * excess / size);
+      const V3d moment = bend * (bending * (1 - set / std::max(size, 1e-300)));
       gradient.points[last] += moment;
       gradient.points[i] -= moment * 2.0;
       gradient.points[next_[i]] += moment;

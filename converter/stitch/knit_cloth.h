@@ -3,8 +3,9 @@
 // At rest its energy is least. In units of bending stiffness by radius r of the thickest yarn, for pieces of
 // length l,
 //
-//   sum over points of r / (2 l^3) (|b| - k l^2)^2          bending: b the second difference, k the rest
-//   curvature
+//   sum over points of r / (2 l^3) (sqrt(|b|^2 + (k l^2)^2) - k l^2)^2
+//                                                           bending: b the second difference, k the curvature
+//                                                           that is set; of any way, and convex
 //   + sum over pieces of s l / (2 r) (|d| / l - 1)^2        stretch of a piece d
 //   + sum over pairs of pieces of c / 2 (overlap / r)^2     contact
 //   + sum over pieces of p l / (2 r) max(0, |z| / r - h)^2  cloth dries lying flat
@@ -100,8 +101,8 @@ class KnitCloth {
   };
   /// A square in the Hessian: weight (sum of part n x of points + rate times the period's logarithms)^2.
   struct Square {
-    std::uint32_t points[4];
-    double parts[4];
+    std::uint32_t points[3];
+    double parts[3];
     int count;
     V3d n;
     V2d rate;
@@ -116,13 +117,15 @@ class KnitCloth {
 
   // knit_cloth.cpp: what rests.
   void set_tiles();
+  void find_mirror();
   void set_lengths(double part, double float_factor);
   void set_radii();
   void press_sections();
   void set_sections();
   double energy(Vector& gradient);
+  /// Of pairs that are less than `margin`, mm, from touching.
   template <class Visit>
-  void visit_contacts(const Visit& visit);
+  void visit_contacts(const Visit& visit, double margin = 0);
   void search_if_moved();
   void search();
   bool follow(std::uint32_t a, std::uint32_t b, double x, double y) const;
@@ -137,9 +140,10 @@ class KnitCloth {
   }
 
   // knit_descent.cpp: how it comes to rest.
-  void converge(int max_steps);
+  void converge(int max_steps, int pressing_steps = 0);
   bool step(double& energy);
   Vector descent() const;
+  void mirror(std::vector<V3d>& ways) const;
   void move(const Vector& direction, double step);
   void move_to(const V2d& period);
   template <class Visit>
@@ -164,9 +168,12 @@ class KnitCloth {
   double unit_ = 0;                            ///< radius of the thickest yarn, mm
   double grown_ = 1, swollen_ = 0, thin_ = 1;  ///< fractions of the radius; 0: a round core, 1: its section
   double float_factor_ = 1;
-  double stiffness_ = 1;  ///< factor on the stiffness of pieces and contacts
-  double overlap_ = 0;    ///< largest, in radii of the thinner yarn
+  double height_ = 0;              ///< from the middle, mm, from which on it is pressed
+  double flat_stiffness_ = 0.035;  ///< of that; more in the press
+  double stiffness_ = 1;           ///< factor on the stiffness of pieces and contacts
+  double overlap_ = 0;             ///< largest, in radii of the thinner yarn
 
+  std::vector<std::uint32_t> images_;  ///< of points in the mirror, left for right; empty: the cloth has none
   Vector gradient_;
   std::vector<std::pair<Vector, Vector>> history_;  ///< moves and changes of the gradient, the oldest first
   std::vector<std::vector<std::uint32_t>>

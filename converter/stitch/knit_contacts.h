@@ -10,10 +10,9 @@
 
 namespace selvedge {
 
-/// Stiffnesses of the energy: of stretch and of contact, which grow by stiffness_ at last, and of thickness.
+/// Stiffnesses of the energy: of stretch and of contact, which grow by stiffness_ at last.
 constexpr double stretch_stiffness = 40;
 constexpr double contact_stiffness = 4;
-constexpr double thickness_stiffness = 0.035;
 /// Height from the middle, in radii, from which on cloth is pressed flat. Without it a 2x2 rib folds to 0.45
 /// of plain knit's width; from 0.01 to 0.05 of stiffness ribs and garter stitch change by 0.06.
 constexpr double free_height = 3.3;
@@ -21,7 +20,7 @@ constexpr double free_height = 3.3;
 constexpr double search_margin = 2;
 
 template <class Visit>
-void KnitCloth::visit_contacts(const Visit& visit) {
+void KnitCloth::visit_contacts(const Visit& visit, double margin) {
   pieces_.resize(points_.size());
   for (std::uint32_t i = 0; i < points_.size(); ++i) {
     const V3d d = along(i);
@@ -30,7 +29,7 @@ void KnitCloth::visit_contacts(const Visit& visit) {
   for (const Pair& pair : pairs_) {
     const std::uint32_t a = pair.a;
     const std::uint32_t b = pair.b;
-    const double gap = gap_ * std::max(radii_[a], radii_[b]);
+    const double gap = gap_ * std::max(radii_[a], radii_[b]) + margin;
     const V3d shift(pair.x * period_.x, pair.y * period_.y, 0);
     const Piece& one = pieces_[a];
     const Piece& other = pieces_[b];
@@ -48,7 +47,8 @@ void KnitCloth::visit_contacts(const Visit& visit) {
     const V3d n = apart / distance;
     V3d slope(0);
     const double depth = support(a, n, slope) + support(b, n, slope) + gap - distance;
-    if (depth > 0) visit(Contact{a, b, s, t, n - (slope - n * slope.dot(n)) / distance, apart, depth});
+    if (depth > 0)
+      visit(Contact{a, b, s, t, n - (slope - n * slope.dot(n)) / distance, apart, depth - margin});
   }
 }
 

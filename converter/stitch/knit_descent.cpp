@@ -9,16 +9,27 @@ namespace {
 
 /// Fraction of their radius that yarns begin with, as drawn.
 constexpr double start_fraction = 0.13;
-/// Stages in which yarn grows or swells and the repeat moves, and steps of each; rounds of sections a stage.
+/// Stages in which yarn grows or swells and the repeat moves, and steps of each.
 constexpr int stages = 8;
 constexpr int stage_steps = 6;
-constexpr int section_rounds = 4;
+/// Soft sections give way in every so manieth step of pressing, which takes so many times those of resting.
+constexpr int steps_between_sections = 3;
+constexpr int pressing_parts = 2;
+/// The press that finishes soft cloth within these radii of its middle (ribs and cables are left to stand
+/// out): fraction of its height from which on it is pressed, and its stiffness.
+constexpr double flat_height = 2.5;
+constexpr double pressed_height = 0.75;
+constexpr double pressing_stiffness = 0.5;
 /// Factor on the stiffness of pieces and contacts at last.
 constexpr double last_stiffness = 8;
 /// Steps after which the Hessian is factored again, and rest is looked for: where they free less than this
 /// fraction of the energy.
-constexpr int steps_between_factors = 10;
+constexpr int steps_between_factors = 20;
 constexpr double max_residual = 5e-4;
+/// Pairs within these radii of touching are in the Hessian with a fraction of their stiffness: without them
+/// steps went a tenth of their way, until yarn touched that the Hessian did not know.
+constexpr double near_radii = 0.25;
+constexpr double near_stiffness = 0.1;
 /// Largest move of a step, in radii, and of the period's logarithm.
 constexpr double max_move = 0.4;
 constexpr double max_growth = 0.06;
@@ -27,7 +38,7 @@ constexpr std::size_t max_history = 6;
 constexpr double min_decrease = 1e-4;
 constexpr int max_tries = 8;
 /// Overlap with the gap beside chords, in radii, above which yarn becomes thinner; rounds of it.
-constexpr double max_overlap = touching_overlap + 0.01;
+constexpr double max_overlap = touching_overlap + 0.004;
 constexpr int max_thinnings = 12;
 
 }  // namespace
@@ -47,6 +58,12 @@ void KnitCloth::rest(const ClothGoal& goal) {
   const V2d begin = period_;
   const double floats = goal.grows ? goal.float_factor : float_factor_;
   is_free_ = false;
+  double height = 0;
+  for (const V3d& p : points_) height = std::max(height, std::abs(p.z));
+  if (goal.presses && height < flat_height * unit_ && std::ranges::any_of(chains_, &Chain::soft)) {
+    height_ = pressed_height * height;
+    flat_stiffness_ = pressing_stiffness;
+  }
   for (int stage = 1; stage <= stages; ++stage) {
     const double part = 1.0 * stage / stages;
     if (goal.grows) grown_ = start_fraction + (1 - start_fraction) * part;
@@ -55,16 +72,12 @@ void KnitCloth::rest(const ClothGoal& goal) {
     const V2d period = goal.period_mm.x > 0 ? begin + (goal.period_mm - begin) * part : begin;
     move_to(period);
     set_radii();
-    for (int round = 0; goal.presses && round < section_rounds; ++round) {
-      press_sections();
-      set_sections();
-    }
-    converge(stage_steps);
+    converge(goal.presses ? 0 : stage_steps, goal.presses ? stage_steps : 0);
   }
   float_factor_ = goal.float_factor;
   is_free_ = goal.is_free;
   if (goal.presses) stiffness_ = last_stiffness;
-  converge(goal.max_steps);
+  converge(goal.max_steps, goal.presses ? pressing_parts * goal.max_steps : 0);
   for (int k = 0; goal.presses && overlap_ > max_overlap && k < max_thinnings; ++k) {
     thin_ *= 1 - 0.5 * std::min(0.2, overlap_ - max_overlap + touching_overlap);
     set_radii();
@@ -79,17 +92,26 @@ void KnitCloth::move_to(const V2d& period) {
   period_ = period;
 }
 
-void KnitCloth::converge(int max_steps) {
+/// Steps until rest, at most; before it, sections give way in the first ones.
+void KnitCloth::converge(int max_steps, int pressing_steps) {
   history_.clear();
   search();
   double value = energy(gradient_);
-  double last = 0;
+  double last = value;
   int since_factor = steps_between_factors;
-  for (int k = 0; k <= max_steps; ++k) {
-    if (k % steps_between_factors == 0) {
-      residual_ = k > 0 ? (last - value) / value : 1;
-      if (residual_ < max_residual || k == max_steps) return;
+  for (int k = 0; k < pressing_steps + max_steps; ++k) {
+    const int rested = k - pressing_steps;
+    if (rested < 0 && k % steps_between_sections == 0) {
+      press_sections();
+      set_sections();
+      value = energy(gradient_);
+    }
+    if (rested >= 0 && rested % steps_between_factors == 0) {
+      residual_ = rested > 0 ? (last - value) / value : 1;
+      if (residual_ < max_residual) return;
       last = value;
+    }
+    if (since_factor >= steps_between_factors) {
       factor();
       since_factor = 0;
     }
@@ -98,14 +120,11 @@ void KnitCloth::converge(int max_steps) {
       continue;
     }
     // Nothing better along the way: a new factor, once.
-    if (history_.empty() && since_factor == 0) {
-      residual_ = (last - value) / value;
-      return;
-    }
+    if (history_.empty() && since_factor == 0 && rested >= 0) break;
     history_.clear();
-    factor();
-    since_factor = 0;
+    since_factor = steps_between_factors;
   }
+  residual_ = (last - value) / value;
 }
 
 /// A step of L-BFGS; whether it has lowered the energy.
@@ -183,7 +202,18 @@ KnitCloth::Vector KnitCloth::descent() const {
   }
   for (V3d& p : v.points) p = -p;
   v.period = -v.period;
+  if (!images_.empty()) mirror(v.points);
   return v;
+}
+
+/// Takes the mean of ways and their images.
+void KnitCloth::mirror(std::vector<V3d>& ways) const {
+  for (std::uint32_t i = 0; i < ways.size(); ++i) {
+    V3d& image = ways[images_[i]];
+    const V3d mean(0.5 * (ways[i].x - image.x), 0.5 * (ways[i].y + image.y), 0.5 * (ways[i].z + image.z));
+    ways[i] = mean;
+    image = V3d(-mean.x, mean.y, mean.z);
+  }
 }
 
 template <class Visit>
@@ -197,7 +227,7 @@ void KnitCloth::visit_squares(const Chain& chain, std::uint32_t i, const Visit& 
   visit(Square{{i, next_[i]}, {-1, 1}, 2, u, V2d(u.x * d.x, u.y * d.y), stretching / rest});
   const double tension = std::max(0.0, stretching * (length / rest - 1) / length);
   // Holds thick cloth, and all of it a little, for cloth as a whole is free to move.
-  const double holding = thickness_stiffness * rest / (unit_ * unit_ * unit_);
+  const double holding = flat_stiffness_ * rest / (unit_ * unit_ * unit_);
   const V3d bend = d - along(last);
   for (int k = 0; k < 3; ++k) {
     V3d axis(0);
@@ -246,17 +276,22 @@ void KnitCloth::factor() {
   std::vector<Square> contacts;
   std::vector<std::vector<std::uint32_t>> contacts_of(tiles_.size());
   const double contacting = stiffness_ * contact_stiffness / (grown_ * grown_ * unit_ * unit_);
-  visit_contacts([&](const Contact& c) {
-    const V2d rate(c.slope.x * c.apart.x, c.slope.y * c.apart.y);
-    contacts.push_back(
-        {{c.a, next_[c.a], c.b, next_[c.b]}, {1 - c.s, c.s, c.t - 1, -c.t}, 4, c.slope, rate, contacting});
-    const auto& points = contacts.back().points;
-    for (int p = 0; p < 4; ++p) {
-      auto& list = contacts_of[tile_of_[points[p]]];
-      const auto index = static_cast<std::uint32_t>(contacts.size() - 1);
-      if (list.empty() || list.back() != index) list.push_back(index);
-    }
-  });
+  // Between the nearest points: with all four, factors took twice as long.
+  visit_contacts(
+      [&](const Contact& c) {
+        const std::uint32_t a = c.s < 0.5 ? c.a : next_[c.a];
+        const std::uint32_t b = c.t < 0.5 ? c.b : next_[c.b];
+        const auto index = static_cast<std::uint32_t>(contacts.size());
+        contacts.push_back({{a, b},
+                            {1, -1},
+                            2,
+                            c.slope,
+                            V2d(c.slope.x * c.apart.x, c.slope.y * c.apart.y),
+                            c.depth > 0 ? contacting : near_stiffness * contacting});
+        contacts_of[tile_of_[a]].push_back(index);
+        if (tile_of_[b] != tile_of_[a]) contacts_of[tile_of_[b]].push_back(index);
+      },
+      near_radii * grown_ * unit_);
   Hessian hessian;
   for (Vector& side : hessian.sides) side.points.resize(points_.size(), V3d(0));
   for (std::uint32_t tile = 0; tile < tiles_.size(); ++tile) {

@@ -16,11 +16,11 @@ constexpr double set_bend = 0.2;
 constexpr double max_radius = 0.35;
 
 /// Steps to its own size, and at the gauge; and for a preview.
-constexpr int free_steps = 300;
-constexpr int gauge_steps = 60;
+constexpr int free_steps = 200;
+constexpr int gauge_steps = 45;
 constexpr int rough_steps = 20;
 /// Progress after the first of both.
-constexpr double free_part = 0.7;
+constexpr double free_part = 0.6;
 
 }  // namespace
 
@@ -64,7 +64,7 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
   V2d period = free;
   for (int k = 0; k < 2; ++k)
     if (options.blocked_mm[k] > 0) period[k] = options.blocked_mm[k];
-  tell(free_part, 1, 50 + gauge_steps);
+  tell(free_part, 1, 50 + 3 * gauge_steps);
   cloth.rest(
       {.presses = true, .period_mm = period, .max_steps = options.is_rough ? rough_steps : gauge_steps});
   cloth.give(knit);

@@ -24,7 +24,8 @@ struct LoopLine {
   std::vector<V3d> down;  ///< from the head to the right foot
 };
 
-/// The loops of a yarn of a course, in order, from foot to foot by its parts; heads are their highest places.
+/// The loops of a yarn of a course, in order, from foot to foot by its parts; heads are the middles of their
+/// yarn, as the highest place of a loop that lies on its side is a foot.
 std::vector<LoopLine> loops_of(const Yarn& yarn, const std::vector<KnitPart>& parts,
                                const std::vector<std::size_t>& columns) {
   std::vector<LoopLine> loops;
@@ -36,7 +37,7 @@ std::vector<LoopLine> loops_of(const Yarn& yarn, const std::vector<KnitPart>& pa
     segment += part.segments;
     line.push_back(yarn.segments[segment - 1][3]);
     if (!part.is_loop) continue;
-    const auto head = std::ranges::max_element(line, {}, &V3d::y);
+    const auto head = line.begin() + static_cast<long>(line.size() / 2);
     loops.push_back({columns.at(loops.size()), {line.begin(), head + 1}, {head, line.end()}});
   }
   CHECK(loops.size() == columns.size());
