@@ -123,7 +123,7 @@ class KnitCloth {
   void press_sections();
   void set_sections();
   double energy(Vector& gradient);
-  /// Of pairs that are less than `margin`, mm, from touching.
+  /// Visits pairs that are less than `margin`, mm, from touching.
   template <class Visit>
   void visit_contacts(const Visit& visit, double margin = 0);
   void search_if_moved();
