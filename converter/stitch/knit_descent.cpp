@@ -12,7 +12,7 @@ constexpr double start_fraction = 0.13;
 /// Stages in which yarn grows or swells and the repeat moves, and steps of each.
 constexpr int stages = 8;
 constexpr int stage_steps = 6;
-/// Soft sections give way in every so manieth step of pressing, which takes so many times those of resting.
+/// Steps in which soft sections give way once while they are pressed, and such steps for each one of rest.
 constexpr int steps_between_sections = 3;
 constexpr int pressing_parts = 2;
 /// The press that finishes soft cloth within these radii of its middle (ribs and cables are left to stand
