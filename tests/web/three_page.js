@@ -65,6 +65,7 @@ async function picture(objects, camera = CAMERA, around = {}, renderer = main_re
   const is_ready = () => materials.every(({ shows }) => shows === 'fabric') && cell_images.at_rest();
   for (const end = performance.now() + 20000; !is_ready();) {
     need(performance.now() < end, 'the images do not come');
+    need(!cell_images.at_rest(), 'at rest before all is shown');
     await new Promise((go_on) => setTimeout(go_on, 20));
     renderer.render(scene, camera);
   }

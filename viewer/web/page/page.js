@@ -272,7 +272,7 @@ async function start() {
   set_light();
   const worker = URL.createObjectURL(new Blob([by_id('worker').textContent], {type: 'text/javascript'}));
   use_worker(() => new Worker(worker), await bytes_of(by_id('cells')));
-  cell_images.addEventListener('change', progress);
+  for (const type of ['change', 'progress']) cell_images.addEventListener(type, progress);
   for (const element of document.querySelectorAll('script[data-garment]')) {
     const {dataset} = element;
     try {

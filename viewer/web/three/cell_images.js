@@ -5,9 +5,10 @@ import {
   Vector3, Vector4
 } from 'three';
 import {ask_worker, add_listener, send_to_worker} from '../background.js';
-import {ATLAS_WIDTH} from '../tiles.js';
 import {frame_of, lights_of, numbers_of_lamp} from './lights.js';
 
+/** Texels of a row of the atlas (cells/atlas.h), of the table and of the tiles. */
+export const ATLAS_WIDTH = 2048;
 /** Attributes of a mesh, by which a place finds its entry of the table (cells/module.cpp). */
 export const CHART_ATTRIBUTES = ['fabric_chart', 'fabric_chart_size'];
 
@@ -345,7 +346,7 @@ class CellImages extends EventDispatcher {
       garment.names.forEach((name, i) => garment.geometry.setAttribute(name, garment.attributes[i]));
       for (const material of garment.materials) material.take_garment();
     }
-    this.#tell();
+    this.#tell(garment.state === 'waiting' ? 'progress' : 'change');
   }
   /**
    * Lets garments show another LoadedFabric, whose repeat is as large, in place of theirs as soon as its images are there; the
@@ -363,7 +364,8 @@ class CellImages extends EventDispatcher {
   }
   /** Lets images of what rests wait, for what takes their place soon. */
   hold = (held) => send_to_worker({kind: 'hold', held});
-  #tell = () => this.dispatchEvent({type: 'change', at_rest: this.at_rest()});
+  /** 'change': frames that are drawn now show more; 'progress': more has come of what they do not show yet. */
+  #tell = (type = 'change') => this.dispatchEvent({type, at_rest: this.at_rest()});
   /** Whether all images are as the frames that were drawn last want them. */
   at_rest() {
     for (const [object, until] of this.#waiting) if (performance.now() > until) this.#waiting.delete(object);

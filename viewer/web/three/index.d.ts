@@ -12,8 +12,8 @@ export type Source = ArrayBuffer | {url: string; headers?: Record<string, string
 export function use_worker(make: () => Worker, cells?: ArrayBuffer | string): void;
 /** Bytes that cell images may take, 4 to 128 MiB, 64 by default; before the first fabric is loaded. */
 export function use_memory(bytes: number): void;
-/** The images of all fabrics: an event `change` says that a frame would show more of them. */
-export const cell_images: EventDispatcher<{change: {at_rest: boolean}}> & {
+/** The images of all fabrics: an event `change` says that a frame would show more of them; `progress`, that more wait to be shown. */
+export const cell_images: EventDispatcher<Record<'change' | 'progress', {at_rest: boolean}>> & {
   /** Pixels of a frame along a side of what images are as fine as: 2 for frames that are drawn twice as large. */
   supersample: number;
   /** Whether all images are as the last views want them. */

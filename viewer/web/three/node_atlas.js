@@ -5,7 +5,7 @@ import {
 } from 'three';
 import {NodeMaterial, RenderTarget} from 'three/webgpu';
 import {attribute, cos, float, int, ivec2, pmremTexture, positionGeometry, sin, texture, uniform, uv, varying, vec2, vec3, vec4} from 'three/tsl';
-import {ATLAS_WIDTH} from '../tiles.js';
+import {ATLAS_WIDTH} from './cell_images.js';
 import {DRAWN_WIDTH, picture_of} from './environment.js';
 
 /** An atlas of each renderer, which three.js would empty as soon as another one has it. */

@@ -6,7 +6,7 @@ import {
   unpackHalf2x16, uv, uvec2, uvec4, varying, vec2, vec3, vec4
 } from 'three/tsl';
 import {MAX_LAMPS} from '../environment.js';
-import {ATLAS_WIDTH} from '../tiles.js';
+import {ATLAS_WIDTH} from './cell_images.js';
 import {VERTEX_LIGHT} from './lights.js';
 
 const zeros = (count) => Array.from({length: count}, () => 0), vectors = () => Array.from({length: MAX_LAMPS}, () => new Vector3());

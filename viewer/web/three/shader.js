@@ -4,8 +4,7 @@ import {ShaderChunk} from 'three';
 import {MAX_LAMPS} from '../environment.js';
 import {parts_fragment_code, parts_vertex_code} from './garment_parts.js';
 import {VERTEX_LIGHT} from './lights.js';
-import {CHART_ATTRIBUTES} from './cell_images.js';
-import {ATLAS_WIDTH} from '../tiles.js';
+import {ATLAS_WIDTH, CHART_ATTRIBUTES} from './cell_images.js';
 
 const VERTEX_NAMES = `
 #if FABRIC_UV_SET == 1 || defined(KEPT_UV1)

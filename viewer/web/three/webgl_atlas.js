@@ -1,6 +1,6 @@
 // The atlas of cell_images.js as a WebGLRenderer has it.
 import {FramebufferTexture, HalfFloatType, LinearFilter, NearestFilter, RGBAFormat, RedFormat, UnsignedByteType} from 'three';
-import {ATLAS_WIDTH} from '../tiles.js';
+import {ATLAS_WIDTH} from './cell_images.js';
 
 /** A texture that tiles are written into: three.js gives such ones memory alone. */
 const texture_of = (format, type, filter) =>
