@@ -1,23 +1,36 @@
-// In the browser: frames of a garment for web.mjs.
+// In the browser: frames of a garment for web.mjs, drawn in a way of tests/web.
 import {
-  Bone, Float32BufferAttribute, PerspectiveCamera, Scene, Skeleton, SkinnedMesh, Uint16BufferAttribute, Vector3, WebGLRenderer,
+  Bone, Float32BufferAttribute, FloatType, PerspectiveCamera, Scene, Skeleton, SkinnedMesh, Uint16BufferAttribute, Vector3,
 } from 'three';
 import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
-import { SelvedgeFabric, Surroundings, cell_images } from 'selvedge/three/index.js';
+import { RenderTarget, SelvedgeFabric, Surroundings, cell_images, read, renderer_of } from 'way';
 
-const WIDTH = 960, HEIGHT = 540, MIDDLE = new Vector3(0, 0.05, 0);
-const renderer = new WebGLRenderer(), scene = new Scene(), materials = new Set(), gl = renderer.getContext();
-const camera = new PerspectiveCamera(30, WIDTH / HEIGHT, 0.001, 20);
+const MIDDLE = new Vector3(0, 0.05, 0);
+const renderer = await renderer_of(), scene = new Scene(), materials = new Set(), camera = new PerspectiveCamera(30, 1, 0.001, 20);
 const elbow = new Bone();
-let mm = 5, azimuth = 0, distance = 1;
+let mm = 5, azimuth = 0, distance = 1, target, shows_fabric = true, changes = 0, seen = 0, wake = null;
+cell_images.addEventListener('change', () => {
+  ++changes;
+  wake?.();
+});
 
-function frame() {
+export function resize(width, height) {
+  target?.dispose();
+  target = new RenderTarget(width, height, { type: FloatType });
+  renderer.setRenderTarget(target);
+  camera.aspect = width / height;
+  camera.updateProjectionMatrix();
+}
+/** Draws a frame, and waits until it is drawn. */
+async function frame() {
   const a = azimuth * Math.PI / 180;
   camera.position.set(Math.sin(a), 0, Math.cos(a)).multiplyScalar(distance).add(MIDDLE);
   camera.lookAt(MIDDLE);
+  seen = changes;
   renderer.render(scene, camera);
-  gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+  if (renderer.isWebGLRenderer) return renderer.readRenderTargetPixels(target, 0, 0, 1, 1, new Float32Array(4));
+  return renderer.readRenderTargetPixelsAsync(target, 0, 0, 1, 1);
 }
 
 /** A room with two bright windows. */
@@ -31,25 +44,32 @@ function room() {
   return { width, height, radiance };
 }
 
-export async function open(file) {
-  renderer.setSize(WIDTH, HEIGHT);
-  renderer.shadowMap.enabled = true;
+/** Loads a garment, and draws it until it is in its fabrics. */
+export async function open(file, width, height) {
+  resize(width, height);
   const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
   loader.register((parser) => new SelvedgeFabric(parser));
-  const { scene: garment } = await loader.loadAsync(file);
+  const { scene: garment } = await loader.loadAsync(file), surroundings = new Surroundings(scene, room());
   garment.traverse(({ material }) => material?.isFabricMaterial && materials.add(material));
-  for (const { fabric } of materials) {
-    await fabric.settled;
-    [mm] = fabric.mm_per_repeat;
-  }
   scene.add(garment);
-  const surroundings = new Surroundings(scene, room());
   surroundings.stand(garment);
   renderer.shadowMap.autoUpdate = false;
   renderer.shadowMap.needsUpdate = true;
+  for (await frame(); !shown(); await frame()) await change();
+}
+const shown = () => [...materials].every(({ shows }) => shows === (shows_fabric ? 'fabric' : 'fallback'));
+const is_at_rest = () => shown() && (!shows_fabric || cell_images.at_rest());
+/** Waits for a change that the last frame and the last wait have not seen. */
+async function change() {
+  while (changes === seen) await new Promise((end) => { wake = end; });
+  seen = changes;
+}
+/** Draws what is seen now at rest. */
+export async function rest() {
+  for (await frame(); !is_at_rest(); await frame()) while (!is_at_rest()) await change();
 }
 
-/** Makes the meshes skins of two bones, of which draw() turns the one at the right. */
+/** Makes the meshes skins of two bones, of which draw() turns the one at the right; the number of vertices. */
 export function skin() {
   const meshes = [], trunk = new Bone();
   scene.traverse((mesh) => mesh.isMesh && meshes.push(mesh));
@@ -73,36 +93,33 @@ export function skin() {
     mesh.geometry.dispose();
     skinned.bind(skeleton);
   }
+  return meshes.reduce((sum, { geometry: { attributes: { position } } }) => sum + position.count, 0);
 }
 
-/** Waits until the view is at rest. */
-async function rest(shows_fabric) {
-  frame();
-  const shown = () => [...materials].every(({ shows }) => shows === (shows_fabric ? 'fabric' : 'fallback'));
-  while (!shown() || (shows_fabric && !cell_images.at_rest())) await new Promise((end) => setTimeout(end, 50));
-  for (let i = 0; i < 2; ++i) frame();
-}
 /** Waits until a view of so many pixels a repeat is at rest, in the fabric or in the fallback. */
-export async function prepare(pixels, shows_fabric) {
-  azimuth = 0;
+export async function prepare(pixels, is_fabric) {
+  for (const material of materials) {
+    await material.fabric.settled;
+    [mm] = material.fabric.mm_per_repeat;
+    material.shows_fabric = is_fabric;
+  }
   // Half a chest before the middle.
-  distance = 0.12 + HEIGHT * mm / 1000 / (2 * Math.tan(Math.PI / 12) * pixels);
-  for (const material of materials) material.shows_fabric = shows_fabric;
-  await rest(shows_fabric);
+  azimuth = 0;
+  distance = 0.12 + target.height * mm / 1000 / (2 * Math.tan(Math.PI / 12) * pixels);
+  shows_fabric = is_fabric;
+  await rest();
 }
 
 /** dB of the last frame that moved to the same view at rest, as displayed. */
 export async function moving_decibels() {
-  const picture = () => {
-    frame();
-    const bytes = new Uint8Array(4 * WIDTH * HEIGHT);
-    gl.readPixels(0, 0, WIDTH, HEIGHT, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
-    return bytes;
+  const picture = async () => {
+    await frame();
+    return (await read(renderer, target)).map((x) => Math.min(Math.max(x, 0), 1) ** (1 / 2.2));
   };
-  const moving = picture();
-  await rest(true);
-  const errors = picture().reduce((sum, byte, i) => sum + ((byte - moving[i]) / 255) ** 2, 0);
-  return -10 * Math.log10(errors / (3 * WIDTH * HEIGHT));
+  const moving = await picture();
+  await rest();
+  const errors = (await picture()).reduce((sum, x, i) => sum + (i % 4 < 3 ? (x - moving[i]) ** 2 : 0), 0);
+  return -10 * Math.log10(errors / (3 * target.width * target.height));
 }
 
 /** Draws frames of an orbit by so many degrees each. */
@@ -110,7 +127,7 @@ export async function draw(count, degrees) {
   for (let i = 0; i < count; ++i) {
     azimuth += degrees;
     elbow.rotation.z = azimuth * Math.PI / 180;
-    frame();
+    await frame();
     await new Promise((end) => setTimeout(end));
   }
 }
