@@ -10,6 +10,7 @@
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/pattern_json.h"
+#include "converter/stitch/text_cells.h"
 #include "converter/stitch/text_fault.h"
 #include "converter/stitch/textile.h"
 #include "format/base/atomic_file.h"
@@ -28,7 +29,8 @@ struct StitchCommand {
 
 void declare(Options& options, StitchCommand& command) {
   add_cell(options, command.input, command.cell).required(false);
-  options.flag("--list", command.list, "The built-in stitches, or the parameters of one");
+  options.flag("--list", command.list,
+               "The built-in stitches, or the parameters of one or of a text, with its cells as JSON");
   options.output(command.output, "The cell's mesh (.obj .ply), or the stitch description (.json)",
                  {".obj", ".ply", ".json"});
   options.add_check([&command] {
@@ -58,6 +60,18 @@ Result<int> list_parameters(const StitchCommand& command, const StitchInfo& info
   return 0;
 }
 
+/// The parameters and cells of a text; with --json the cells of one that is refused, too.
+Result<int> list_file(const StitchCommand& command) {
+  const auto info = describe_stitch(command.input);
+  const Json cells = cells_in(command.input);
+  if (!info && (cells.is_null() || !command.common.json)) throw Failure{info.error()};
+  if (info && !command.common.json) return list_parameters(command, *info);
+  Json json = info ? to_json(*info) : Json{{"stitch", command.input}, {"error", to_json(info.error())}};
+  if (!cells.is_null()) json["cells"] = cells;
+  report(command.common, "stitch", json, "");
+  return info ? 0 : 1;
+}
+
 Result<int> list_stitches(const StitchCommand& command) {
   Json list = Json::array();
   std::string text;
@@ -66,8 +80,7 @@ Result<int> list_stitches(const StitchCommand& command) {
     list.push_back({{"name", info.name}, {"description", info.description}, {"cover", info.cover_fraction}});
     text += fmt::format("{:14} cover {:.3f}  {}\n", info.name, info.cover_fraction, info.description);
   }
-  if (!command.input.empty())
-    return fail(Code::stitch_unknown, command.input, "--list", "is no built-in stitch");
+  if (!command.input.empty()) return list_file(command);
   report(command.common, "stitch", {{"stitches", list}}, text);
   return 0;
 }

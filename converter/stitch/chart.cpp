@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -68,27 +69,24 @@ double length_in(const Line& line) {
   return numbers->front();
 }
 
+/// " k2 p": each word with how often it follows itself; cables are said one by one.
+std::string runs_of(const std::vector<std::string>& words) {
+  std::string text;
+  for (std::size_t i = 0, count = 1; i < words.size(); i += count, count = 1) {
+    while (i + count < words.size() && words[i + count] == words[i] &&
+           words[i].find('/') == std::string::npos)
+      ++count;
+    text += " " + words[i] + (count > 1 ? std::to_string(count) : "");
+  }
+  return text;
+}
+
 class ChartReader {
  public:
   explicit ChartReader(const std::string& file) : file_(file) {}
 
   ChartText read(std::string_view text) {
-    const std::vector<TextLine> lines = lines_of(text);
-    is_chart_ = is_chart(lines);
-    std::vector<TextLine> rows;
-    std::string letters;
-    for (const TextLine& line : lines) {
-      const bool head = is_chart_ ? !line.text.empty() && !begins_row(line.text) : is_header(line.text);
-      has_rows_ = has_rows_ || begins_row(line.text);
-      if (head)
-        add_header(line);
-      else
-        rows.push_back(line);
-    }
-    for (const std::string& name : names_) letters += name;
-    const auto find = [&](const std::string& name, int line) { return find_yarn(name, line); };
-    rows_ = read_rows(rows, letters, find, chart_.remarks);
-    if (names_.empty()) add_yarn({1, "yarn A", ""});
+    read_lines(text, false);
     for (const ReadRow& row : rows_) {
       std::set<std::size_t> yarns;
       for (const ChartStitch& stitch : row.stitches) yarns.insert(stitch.yarn);
@@ -100,7 +98,59 @@ class ChartReader {
     return std::move(chart_);
   }
 
+  nlohmann::ordered_json cells(std::string_view text) {
+    read_lines(text, true);
+    std::string letters;
+    auto yarns = nlohmann::ordered_json::array();
+    for (std::size_t k = 0; k < names_.size(); ++k) {
+      letters += static_cast<char>(has_head_yarns_ || is_chart_ ? names_[k].front() : 'A' + k);
+      const V3f& albedo = chart_.knit.yarns[k].albedo;
+      yarns.push_back({{"name", std::string(1, letters[k])}, {"albedo", {albedo.x, albedo.y, albedo.z}}});
+    }
+    auto rows = nlohmann::ordered_json::array();
+    bool has_names = true;
+    for (auto row = rows_.rbegin(); row != rows_.rend(); ++row) {
+      std::vector<std::string> names;
+      std::vector<std::string> of_yarns;
+      auto stitches = nlohmann::ordered_json::array();
+      for (const NamedStitch& stitch : name_stitches(row->stitches)) {
+        stitches.push_back({stitch.name, stitch.columns});
+        names.push_back(stitch.name);
+        has_names = has_names && !stitch.name.empty();
+      }
+      for (const ChartStitch& stitch : row->stitches) of_yarns.emplace_back(1, letters[stitch.yarn]);
+      head_ += fmt::format("{}:{}", row->number, runs_of(names));
+      if (letters.size() > 1) head_ += fmt::format(" [{}]", fmt::join(of_yarns, " "));
+      head_ += "\n";
+      rows.push_back({{"number", row->number}, {"line", row->line}, {"stitches", stitches}});
+      rows.back()["yarns"] = fmt::format("{}", fmt::join(of_yarns, ""));
+    }
+    nlohmann::ordered_json cells = {{"yarns", yarns}, {"rows", rows}};
+    if (!is_chart_ && has_names) cells["chart"] = head_;
+    return cells;
+  }
+
  private:
+  /// `leniently`: leaves faults in lines of a chart aside.
+  void read_lines(std::string_view text, bool leniently) {
+    const std::vector<TextLine> lines = lines_of(text);
+    is_chart_ = is_chart(lines);
+    std::vector<TextLine> rows;
+    std::string letters;
+    for (const TextLine& line : lines) {
+      const bool head = is_chart_ ? !line.text.empty() && !begins_row(line.text) : is_header(line.text);
+      has_rows_ = has_rows_ || begins_row(line.text);
+      if (!head)
+        rows.push_back(line);
+      else if (const auto read = catch_failure([&] { add_header(line); }); !read && !(leniently && is_chart_))
+        throw Failure{read.error()};
+    }
+    for (const std::string& name : names_) letters += name;
+    const auto find = [&](const std::string& name, int line) { return find_yarn(name, line); };
+    rows_ = read_rows(rows, letters, find, chart_.remarks, leniently);
+    if (names_.empty()) add_yarn({1, "yarn A", ""});
+  }
+
   void add_header(const TextLine& whole) {
     const std::size_t colon = whole.text.find(':');
     if (colon == std::string::npos || colon == 0)
@@ -113,6 +163,7 @@ class ChartReader {
     if (has_rows_) refuse_line(line.number, fmt::format("\"{}\" must come before the rows", line.key));
     if (!keys_.insert(line.key).second)
       refuse_line(line.number, fmt::format("\"{}\" is said a second time", line.key));
+    head_ += whole.text + "\n";
     if (yarn) {
       add_yarn(line);
       has_head_yarns_ = true;
@@ -194,7 +245,9 @@ class ChartReader {
         return found - names_.begin();
     if (is_chart_ || has_head_yarns_)
       refuse_line(line, fmt::format("there is no yarn {} (there are {})", name, fmt::join(names_, ", ")));
-    add_yarn({line, "yarn A", "albedo=" + colours[names_.size() % colours.size()]});
+    const std::string albedo = "albedo=" + colours[names_.size() % colours.size()];
+    head_ += fmt::format("yarn {}: {}\n", static_cast<char>('A' + names_.size()), albedo);
+    add_yarn({line, "yarn A", albedo});
     names_.back() = name;
     return names_.size() - 1;
   }
@@ -315,6 +368,7 @@ class ChartReader {
   const std::string& file_;
   std::optional<bool> blocked_;
   ChartText chart_;
+  std::string head_;                ///< its lines
   std::vector<std::string> names_;  ///< of the yarns
   bool has_head_yarns_ = false;
   bool is_chart_ = true;
@@ -337,6 +391,10 @@ Result<ChartText> read_chart(std::string_view text, const std::string& file) {
                 fmt::format("{} bytes, a chart has at most {}", text.size(), max_chart_bytes));
   }
   return with_file_name(file, [&] { return ChartReader(file).read(text); });
+}
+
+Result<nlohmann::ordered_json> read_chart_cells(std::string_view text, const std::string& file) {
+  return with_file_name(file, [&] { return ChartReader(file).cells(text.substr(0, max_chart_bytes)); });
 }
 
 }  // namespace selvedge

@@ -8,6 +8,7 @@
 //   1: p2 k4 p2
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -45,5 +46,8 @@ double default_radius(const KnitChart& chart, int kind);
 /// stitches, numbers and counts out of range, gaps in the numbers of rows, rows that do not fit one width,
 /// decreases without yarn overs, and cables for whose crossing there are too few rows.
 Result<ChartText> read_chart(std::string_view text, const std::string& file);
+
+/// The cells (text_cells.h) of a chart as far as its lines can be read, or of instructions that can be.
+Result<nlohmann::ordered_json> read_chart_cells(std::string_view text, const std::string& file);
 
 }  // namespace selvedge

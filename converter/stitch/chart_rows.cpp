@@ -13,6 +13,7 @@
 
 #include "converter/stitch/chart.h"
 #include "converter/stitch/chart_stitches.h"
+#include "format/base/guard.h"
 #include "format/base/option_text.h"
 
 namespace selvedge {
@@ -483,6 +484,31 @@ class Reader {
     return read;
   }
 
+  std::vector<ReadRow> rows_alone(const std::vector<TextLine>& lines) {
+    std::vector<ReadRow> read;
+    const auto try_row = [&](int number, int line, const auto& work) {
+      if (!catch_failure(work) && number > 0) read.push_back({number, line, {}});
+    };
+    const auto end = [&] {
+      try_row(key_ && !key_->numbers.empty() ? key_->numbers.front() : 0, line_, [&] { end_row(); });
+    };
+    for (const TextLine& line : lines) {
+      if (row_key(tokens_of(line))) end();
+      try_row(0, 0, [&] { add_line(tokens_of(line)); });
+    }
+    end();
+    int width = 0;
+    for (auto& [number, row] : rows_) {
+      if (row.side == 0) row.side = 'f';
+      try_row(0, 0, [&written = row] { written.count_stitches(); });
+      width = std::max(width, row.fixed_loops + row.loops_per_repeat);
+    }
+    for (const auto& [number, row] : rows_)
+      try_row(number, row.line, [&, &w = row] { read.push_back({w.number, w.line, w.stitches(width, {})}); });
+    std::ranges::sort(read, {}, &ReadRow::number);
+    return read;
+  }
+
  private:
   /// "Repeat rows 3-6": takes it from the end of the row, or, where that has no stitch, the rows that it is
   /// as.
@@ -611,8 +637,9 @@ bool is_chart(const std::vector<TextLine>& lines) {
 }
 
 std::vector<ReadRow> read_rows(const std::vector<TextLine>& lines, const std::string& letters,
-                               const FindYarn& find_yarn, std::vector<std::string>& remarks) {
+                               const FindYarn& find_yarn, std::vector<std::string>& remarks, bool alone) {
   Reader reader(is_chart(lines), letters, find_yarn, remarks);
+  if (alone && is_chart(lines)) return reader.rows_alone(lines);
   for (const TextLine& line : lines) reader.add_line(tokens_of(line));
   return reader.rows();
 }

@@ -37,8 +37,9 @@ using FindYarn = std::function<std::size_t(const std::string& name, int line)>;
 /// One repeat, from the lowest row up; stitches at its edges are left out, with a remark. `letters`: of the
 /// yarns of the head. Ends reading (refuse_line()) at words that are not known, several repeats in a row,
 /// rows that do not fit each other, take more or fewer stitches than they make, or are missing, and rows of a
-/// shaped piece.
+/// shaped piece. `alone`: each row of a chart by itself; one that cannot be read has no stitches.
 std::vector<ReadRow> read_rows(const std::vector<TextLine>& lines, const std::string& letters,
-                               const FindYarn& find_yarn, std::vector<std::string>& remarks);
+                               const FindYarn& find_yarn, std::vector<std::string>& remarks,
+                               bool alone = false);
 
 }  // namespace selvedge

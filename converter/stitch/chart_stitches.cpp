@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <map>
+#include <span>
 
 #include "converter/stitch/chart.h"
 
@@ -88,24 +89,12 @@ void add_items(const RowParts& parts, int repeats, std::vector<StitchItem>& item
   }
 }
 
-}  // namespace
-
-void refuse_line(int line, std::string message) {
-  refuse_text(fmt::format("line {}", line), std::move(message));
-}
-
-std::optional<int> parse_count(std::string_view digits, int max) {
-  int count = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), count);
-  const bool sound = error == std::errc() && end == digits.data() + digits.size();
-  return sound && count >= 1 && count <= max ? std::optional(count) : std::nullopt;
-}
-
-std::optional<StitchItem> find_stitch_item(std::string_view name) {
+/// Stitches of one column by their names.
+const std::map<std::string_view, StitchItem>& plain_items() {
   // Loops of a decrease from the front to the back: the left one of k2tog leans over the right one, and the
   // right one of ssk over the left one. Turned right over left (1), as knitting through the back of a loop
   // turns it.
-  static const std::map<std::string_view, StitchItem> all{
+  static const std::map<std::string_view, StitchItem> items{
       {"k", {}},
       {"p", {1, 1, {.purl = true}}},
       {"ktbl", {1, 1, {.twist = 1}}},
@@ -125,14 +114,49 @@ std::optional<StitchItem> find_stitch_item(std::string_view name) {
       {"slwyif", {1, 1, {.held = ChartStitch::Held::yarn_in_front}}},
       {"slwyib", {1, 1, {.held = ChartStitch::Held::yarn_behind}}},
       {"tuck", {1, 1, {.held = ChartStitch::Held::tuck}}}};
+  return items;
+}
+
+/// The name of a cable; empty: its front is purled.
+std::string cable_name(std::span<const ChartStitch> cable) {
+  const auto count = [&](int layer, bool purl) {
+    return std::ranges::count_if(cable, [&](const ChartStitch& stitch) {
+      return stitch.cable_layer == layer && (!purl || stitch.purl);
+    });
+  };
+  const auto front = count(1, false);
+  const auto back = count(-1, false);
+  const bool is_left = cable.front().cable_layer > 0;
+  const bool purls = count(-1, true) > 0;
+  if (count(1, true) > 0) return "";
+  const bool is_halved = (cable.size() % 2 == 0 || cable.size() == 3) && front - back <= 1 && front >= back;
+  if (is_halved && (!purls || cable.size() <= 4))
+    return fmt::format("{}{}{}", purls ? 't' : 'c', cable.size(), is_left ? 'f' : 'b');
+  return fmt::format("{}/{}{}{}c", front, back, is_left ? 'l' : 'r', purls ? "p" : "");
+}
+
+}  // namespace
+
+void refuse_line(int line, std::string message) {
+  refuse_text(fmt::format("line {}", line), std::move(message));
+}
+
+std::optional<int> parse_count(std::string_view digits, int max) {
+  int count = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), count);
+  const bool sound = error == std::errc() && end == digits.data() + digits.size();
+  return sound && count >= 1 && count <= max ? std::optional(count) : std::nullopt;
+}
+
+std::optional<StitchItem> find_stitch_item(std::string_view name) {
   static const std::map<std::string_view, std::string_view> others{
       {"yfwd", "yo"},      {"yrn", "yo"},    {"yon", "yo"},       {"skp", "ssk"},       {"skpo", "ssk"},
       {"k2togtbl", "ssk"}, {"m1", "m1l"},    {"p2togtbl", "ssp"}, {"k3togtbl", "sssk"}, {"s2kp", "cdd"},
       {"s2kp2", "cdd"},    {"s2kpo", "cdd"}, {"sk2po", "sk2p"},   {"sl", "slwyib"},     {"sl1k", "slwyib"},
       {"sl1p", "slwyib"},  {"lt", "1/1lc"},  {"rt", "1/1rc"}};
   if (const auto other = others.find(name); other != others.end()) name = other->second;
-  const auto found = all.find(name);
-  return found != all.end() ? std::optional(found->second) : cable_named(name);
+  const auto found = plain_items().find(name);
+  return found != plain_items().end() ? std::optional(found->second) : cable_named(name);
 }
 
 namespace {
@@ -180,6 +204,38 @@ std::vector<ChartStitch> stitches_of(const std::vector<StitchItem>& items) {
 }
 
 }  // namespace
+
+std::vector<NamedStitch> name_stitches(const std::vector<ChartStitch>& row) {
+  std::vector<NamedStitch> names;
+  const auto highest_loop = [&](std::size_t k) { return static_cast<int>(k) + row[k].source_loops.front(); };
+  int next = static_cast<int>(row.size());  // loop of the row below, from the lowest on
+  for (std::size_t k = 0; k < row.size(); ++k)
+    for (const int loop : row[k].source_loops) next = std::min(next, static_cast<int>(k) + loop);
+  for (std::size_t k = 0; k < row.size(); k += static_cast<std::size_t>(names.back().columns)) {
+    if (row[k].cable_layer != 0) {
+      // It ends where its stitches have taken as many loops as they passed.
+      std::size_t end = k + 1;
+      for (int highest = highest_loop(k); end < row.size() && highest - next >= static_cast<int>(end - k);
+           ++end)
+        highest = std::max(highest, highest_loop(end));
+      const auto columns = static_cast<int>(end - k);
+      names.push_back({cable_name(std::span(row).subspan(k, end - k)), columns});
+      next += columns;
+      continue;
+    }
+    ChartStitch stitch = row[k];
+    stitch.yarn = 0;
+    next += static_cast<int>(stitch.source_loops.size());
+    if (!stitch.source_loops.empty()) {
+      const int lowest = *std::ranges::min_element(stitch.source_loops);
+      for (int& loop : stitch.source_loops) loop -= lowest;
+    }
+    const auto found = std::ranges::find_if(
+        plain_items(), [&](const auto& item) { return item.second.chart_stitch == stitch; });
+    names.push_back({found == plain_items().end() ? "" : std::string(found->first)});
+  }
+  return names;
+}
 
 void minimise_column_shifts(std::vector<ChartStitch>& row) {
   int decreases = 0;

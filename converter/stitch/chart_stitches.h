@@ -45,6 +45,15 @@ std::optional<int> parse_count(std::string_view digits, int max);
 /// The stitch of a name in lower case, without blanks: "k", "ktbl", "slwyif", "2/1rpc".
 std::optional<StitchItem> find_stitch_item(std::string_view name);
 
+/// A stitch or cable by its name, as seen from the face: "k2tog"; "2/1rpc", of three columns.
+struct NamedStitch {
+  std::string name;  ///< empty: it has none
+  int columns = 1;
+};
+
+/// A row by names that find_stitch_item() knows.
+std::vector<NamedStitch> name_stitches(const std::vector<ChartStitch>& row);
+
 /// A stitch, or a group of parts, some times.
 struct RowPart {
   StitchItem item;

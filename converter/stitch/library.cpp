@@ -18,12 +18,11 @@
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/knit.h"
 #include "converter/stitch/pattern_json.h"
-#include "converter/stitch/picture_chart.h"
+#include "converter/stitch/text_cells.h"
 #include "converter/stitch/weave.h"
 #include "converter/stitch/wif.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "format/base/atomic_file.h"
-#include "format/base/foreign.h"
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/fabric/yarn_hairs.h"
@@ -555,58 +554,39 @@ FoundStitch described_in(const std::string& text, const std::string& path, const
   return found;
 }
 
-enum class Text { draft, chart, description };
-
-/// Drafts are known by their beginning, too, under any name.
-Text kind_of(const std::string& text, const std::string& path) {
-  if (is_wif(text) || has_ending(path, ".wif")) return Text::draft;
-  return has_ending(path, ".txt") || has_ending(path, ".png") ? Text::chart : Text::description;
-}
-
 const BuiltIn* built_in(const std::string& name) {
   const auto found =
       std::ranges::find(library(), name, [](const BuiltIn& stitch) { return stitch.info.name; });
   return found == library().end() ? nullptr : &*found;
 }
 
-/// The text in a file. Throws Failure.
-std::string text_in(const std::string& path) {
-  const auto text = read_file(path, std::max(max_wif_bytes, max_stitch_bytes));
-  if (text && is_png(*text)) return chart_of_picture(*text, path);
-  if (text && !foreign_file_message(*text).empty())
-    throw Failure{{Code::stitch_invalid, path, "", std::string(foreign_file_message(*text))}};
-  if (text || text.error().code != Code::file_missing) return value_or_throw(text);
-  std::string names;
-  for (const BuiltIn& stitch : library()) names += (names.empty() ? "" : ", ") + stitch.info.name;
-  throw Failure{
-      {Code::stitch_unknown, path, "", "no such file and no such built-in stitch (there are " + names + ")"}};
-}
-
 Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSettings& settings,
                                  const StartCallback& start, const Relaxer& relaxer) {
   if (const BuiltIn* stitch = built_in(name_or_path)) return relaxed(*stitch, settings, relaxer);
-  const std::string text = text_in(name_or_path);
-  const Text kind = kind_of(text, name_or_path);
-  FoundStitch found = kind == Text::draft
+  const std::string text = stitch_text_in(name_or_path);
+  const StitchText kind = kind_of_text(text, name_or_path);
+  FoundStitch found = kind == StitchText::draft
                           ? value_or_throw(draft_in(text, name_or_path, settings, start, relaxer))
-                      : kind == Text::chart ? chart_in(text, name_or_path, settings, start, relaxer)
-                                            : described_in(text, name_or_path, settings);
+                      : kind == StitchText::chart ? chart_in(text, name_or_path, settings, start, relaxer)
+                                                  : described_in(text, name_or_path, settings);
   found.file_text = text;
   return found;
 }
 
 StitchInfo info_of(const std::string& name_or_path) {
   if (const BuiltIn* stitch = built_in(name_or_path)) return stitch->info;
-  const std::string text = text_in(name_or_path);
-  const Text kind = kind_of(text, name_or_path);
-  if (kind == Text::draft) {
+  const std::string text = stitch_text_in(name_or_path);
+  const StitchText kind = kind_of_text(text, name_or_path);
+  if (kind == StitchText::draft) {
     const WifDraft draft = value_or_throw(read_wif(text, name_or_path));
     return {name_or_path, draft.title, draft_parameters(draft.weave)};
   }
-  if (kind == Text::description)
+  if (kind == StitchText::description)
     return {name_or_path, value_or_throw(read_stitch(text, name_or_path)).name, stitch_parameters()};
   auto chart = value_or_throw(read_chart(text, name_or_path));
+  const std::string own_name = chart.name;
   BuiltIn stitch = stitch_of(chart, name_or_path);
+  stitch.info.description = own_name;
   for (StitchParameter& parameter : stitch.info.parameters)
     if (const auto set = stitch.settings.find(parameter.name); set != stitch.settings.end())
       parameter.default_value = set->second;

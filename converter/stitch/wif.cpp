@@ -8,6 +8,7 @@
 #include <cctype>
 #include <cmath>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
@@ -108,11 +109,13 @@ class WifSections {
   /// single-byte encoding or UTF-8. Of repeated sections the first one that can be read is used, and of
   /// repeated keys the first. [CONTENTS] is no more than a hint. Refuses lines before the first section,
   /// lines of numbers that are neither a section nor a key or too long, and texts without sections.
-  WifSections(std::string_view text, std::set<std::string>& remarks) {
+  /// `lines`: of sections of numbers and their entries, by their places.
+  WifSections(std::string_view text, std::set<std::string>& remarks, std::map<std::string, int>& lines) {
     std::map<std::string, std::vector<WifSection>> found;
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
     text = text.substr(0, text.find('\x1a'));  // where a text of DOS ends
     WifSection* current = nullptr;
+    std::string section;
     bool numbers = true;
     for (int number = 1; !text.empty(); ++number) {
       const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
@@ -129,9 +132,10 @@ class WifSections {
       // Text may begin with brackets, too.
       if (close != std::string::npos &&
           (numbers || close + 1 == line.size() || trimmed(line.substr(close + 1)).front() == ';')) {
-        const std::string name = upper(trimmed(line.substr(1, close - 1)));
-        numbers = std::ranges::find(sections_of_numbers, name) != sections_of_numbers.end();
-        current = &found[name].emplace_back();
+        section = upper(trimmed(line.substr(1, close - 1)));
+        numbers = std::ranges::find(sections_of_numbers, section) != sections_of_numbers.end();
+        current = &found[section].emplace_back();
+        if (numbers) lines.emplace("[" + section + "]", number);
         continue;
       }
       if (numbers && line.size() > max_wif_line) refuse(fmt::format("has more than {} bytes", max_wif_line));
@@ -148,7 +152,9 @@ class WifSections {
         if (!numbers) remarks.insert("lines of text in other sections left out");
         continue;
       }
-      current->values.try_emplace(upper(trimmed(line.substr(0, equals))), trimmed(line.substr(equals + 1)));
+      const std::string key = upper(trimmed(line.substr(0, equals)));
+      current->values.try_emplace(key, trimmed(line.substr(equals + 1)));
+      if (numbers) lines.emplace(place_of(section, key), number);
     }
     if (found.empty()) refuse_text("", "has no section: not a WIF file");
     for (auto& [name, all] : found) choose(name, all, remarks);
@@ -418,6 +424,7 @@ int used_of(const std::vector<WifSet>& sets) {
 struct Lifts {
   std::vector<WifSet> shafts;
   std::vector<WifSet> given;
+  std::vector<WifSet> tieup{};  ///< shafts of treadles
 };
 
 /// Tie-ups may name more shafts and treadles than the header counts.
@@ -437,6 +444,7 @@ Lifts lifts_of(const WifSections& draft, int wefts, std::set<std::string>& remar
   tieup.resize(treadles);
   Lifts lifts;
   lifts.given = draft.sets("TREADLING", wefts, treadles);
+  lifts.tieup = tieup;
   for (const WifSet& treadles_of_weft : lifts.given) {
     WifSet& lifted = lifts.shafts.emplace_back();
     for (int treadle = 1; treadle <= treadles; ++treadle)
@@ -445,9 +453,18 @@ Lifts lifts_of(const WifSections& draft, int wefts, std::set<std::string>& remar
   return lifts;
 }
 
+/// The numbers in sets.
+std::vector<std::vector<int>> numbers_in(const std::vector<WifSet>& sets) {
+  std::vector<std::vector<int>> numbers(sets.size());
+  for (std::size_t k = 0; k < sets.size(); ++k)
+    for (int number = 1; number <= max_shafts; ++number)
+      if (sets[k][number]) numbers[k].push_back(number);
+  return numbers;
+}
+
 /// Whether warp i is over weft j: [j * warps + i]. Leaves out empty yarns at the end and lowers the counts.
 std::vector<bool> drawdown_of(const WifSections& draft, int& warps, int& wefts,
-                              std::set<std::string>& remarks) {
+                              std::set<std::string>& remarks, nlohmann::ordered_json& cells) {
   draft.need("WEAVING");
   const int counted = draft.count("WEAVING", "SHAFTS", max_shafts);
   bool rising = true;
@@ -461,6 +478,24 @@ std::vector<bool> drawdown_of(const WifSections& draft, int& warps, int& wefts,
   Lifts lifts = lifts_of(draft, wefts, remarks);
   const int shafts = counted > 0 ? std::max(counted, largest_in(lifts.shafts)) : max_shafts;
   auto threading = draft.sets("THREADING", warps, shafts);
+  const auto over_each = [&] {
+    std::vector<bool> over;
+    for (const WifSet& lifted : lifts.shafts)
+      for (const WifSet& shafts_of_warp : threading)
+        over.push_back((shafts_of_warp & lifted).any() == rising);
+    return over;
+  };
+  const int used_shafts = std::max({counted, largest_in(threading), largest_in(lifts.shafts)});
+  cells["shafts"] = used_shafts;
+  cells["treadles"] = lifts.tieup.size();
+  if (std::max({warps, wefts, used_shafts, static_cast<int>(lifts.tieup.size())}) <= max_cell_side) {
+    cells["threading"] = numbers_in(threading);
+    cells["tieup"] = numbers_in(lifts.tieup);
+    cells[lifts.tieup.empty() ? "liftplan" : "treadling"] = numbers_in(lifts.given);
+    std::string drawdown;
+    for (const bool is_over : over_each()) drawdown += is_over ? '#' : '-';
+    cells["drawdown"] = drawdown;
+  }
   const auto leave_out = [&](const char* name, int used, int& count) {
     if (used == count) return;
     remarks.insert(
@@ -471,10 +506,7 @@ std::vector<bool> drawdown_of(const WifSections& draft, int& warps, int& wefts,
   leave_out("weft", used_of(lifts.given), wefts);
   threading.resize(warps);
   lifts.shafts.resize(wefts);
-  std::vector<bool> over;
-  for (const WifSet& lifted : lifts.shafts) {
-    for (const WifSet& shafts_of_warp : threading) over.push_back((shafts_of_warp & lifted).any() == rising);
-  }
+  std::vector<bool> over = over_each();
   if (std::ranges::count(over, over.front()) == std::ssize(over))
     refuse_text("", "every warp yarn stays on one side of all weft yarns: they are not woven");
   return over;
@@ -518,14 +550,18 @@ Weave smallest_repeat(const WifSystem& warp, const WifSystem& weft, const std::v
   return weave;
 }
 
-WifDraft draft_of(std::string_view text) {
+WifDraft draft_of(std::string_view text, nlohmann::ordered_json& cells) {
   std::set<std::string> remarks;
-  const WifSections draft(text, remarks);
+  std::map<std::string, int> lines;
+  const WifSections draft(text, remarks, lines);
+  cells["lines"] = lines;
   if (!draft.has("WIF")) refuse_text("[WIF]", "the section is missing: not a WIF file");
   const WifColours colours = colours_of(draft, remarks);
   if (colours.table.empty()) remarks.insert("no [COLOR TABLE]: off-white warp and blue weft");
   WifSystem warp = system_of(draft, "WARP", {0.62F, 0.58F, 0.50F}, colours, remarks);
   WifSystem weft = system_of(draft, "WEFT", {0.09F, 0.17F, 0.38F}, colours, remarks);
+  cells["ends"] = warp.yarns.size();
+  cells["picks"] = weft.yarns.size();
   if (warp.yarns.size() * weft.yarns.size() > max_wif_drawdown) {
     refuse_text("[WEFT] Threads", fmt::format("{} x {} yarns are more than {} crossings", warp.yarns.size(),
                                               weft.yarns.size(), max_wif_drawdown));
@@ -534,7 +570,7 @@ WifDraft draft_of(std::string_view text) {
   result.title = draft.find("TEXT", "TITLE").value_or("");
   result.warp_threads = static_cast<int>(warp.yarns.size());
   result.weft_threads = static_cast<int>(weft.yarns.size());
-  const auto over = drawdown_of(draft, result.warp_threads, result.weft_threads, remarks);
+  const auto over = drawdown_of(draft, result.warp_threads, result.weft_threads, remarks, cells);
   for (const auto& [system, count] :
        {std::pair(&warp, result.warp_threads), std::pair(&weft, result.weft_threads)}) {
     system->yarns.resize(count);
@@ -568,12 +604,13 @@ bool is_wif(std::string_view text) {
   return false;
 }
 
-Result<WifDraft> read_wif(std::string_view text, const std::string& file) {
+Result<WifDraft> read_wif(std::string_view text, const std::string& file, nlohmann::ordered_json* cells) {
   if (text.size() > max_wif_bytes) {
     return fail(Code::file_too_large, file, "",
                 fmt::format("{} bytes, a weaving draft has at most {}", text.size(), max_wif_bytes));
   }
-  return with_file_name(file, [&] { return draft_of(text); });
+  nlohmann::ordered_json own;
+  return with_file_name(file, [&] { return draft_of(text, cells != nullptr ? *cells : own); });
 }
 
 }  // namespace selvedge

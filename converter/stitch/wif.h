@@ -1,6 +1,7 @@
 // Converts weaving drafts in the Weaving Information File format (WIF 1.1, 1997) to weaves (spec/wif.md).
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,12 +28,17 @@ struct WifDraft {
   std::vector<std::string> remarks;  ///< choices and omissions, one line each
 };
 
+/// Larger drafts are edited as text.
+constexpr int max_cell_side = 128;
+
 /// Whether a text begins with the section WIF, behind comments and empty lines.
 bool is_wif(std::string_view text);
 
 /// Reads the smallest repeat of a draft: the fewest yarns each way that the whole draft repeats at least
 /// twice; an incomplete repeat at the end is dropped. Refuses (stitch_invalid, place: section and key) values
 /// that are missing, unreadable, out of range or contradictory, and repeats with too many crossings.
-Result<WifDraft> read_wif(std::string_view text, const std::string& file);
+/// `cells` (text_cells.h): what could be read of the draft, also where it refuses.
+Result<WifDraft> read_wif(std::string_view text, const std::string& file,
+                          nlohmann::ordered_json* cells = nullptr);
 
 }  // namespace selvedge

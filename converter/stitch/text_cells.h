@@ -1,0 +1,29 @@
+// Texts of stitches, and their cells for those who edit them.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+namespace selvedge {
+
+enum class StitchText { draft, chart, description };
+
+/// Drafts are known by their beginning, too, under any name.
+StitchText kind_of_text(const std::string& text, const std::string& path);
+
+/// The text of a stitch in a file; of a picture, its chart. Ends reading (guard.h) at files that are not
+/// there (STITCH_UNKNOWN) or no texts.
+std::string stitch_text_in(const std::string& path);
+
+/// The cells of the chart, instructions, picture or draft in a file, as far as they can be read; null of a
+/// description or where nothing can be read.
+///
+/// A chart: `yarns`, each with name and linear albedo; `rows` from the top, each with number, line, stitches
+/// (name, columns), and the names of its yarns; a row that cannot be read has no stitches. `chart`: the same
+/// as the text of a chart, of a picture or of instructions. A draft: `ends`, `picks`, `shafts`, `treadles`;
+/// up to max_cell_side of them the numbers of `threading`, `tieup`, and `treadling` or, without treadles,
+/// `liftplan`, and `drawdown`, # where the warp is over; `lines` of sections and entries, by the names that
+/// messages give them.
+nlohmann::ordered_json cells_in(const std::string& path);
+
+}  // namespace selvedge
