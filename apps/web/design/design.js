@@ -1,40 +1,42 @@
 // The page of `selvedge-view design`: the page of `selvedge-view page`, and a panel with the recipe of its cloth. The cloth is
 // made in a worker, by the module of `selvedge make`; the last good one stays until the next is there.
+import {Color} from 'three';
 import 'selvedge/page/page.js';
 import {LoadedFabric, cell_images} from 'selvedge/three/index.js';
 import {element} from './element.js';
-import {data_sheet_lines} from './fabric_file.js';
 import {build_fields, refuse_value, show_values} from './fields.js';
 import {GarmentEditor} from './garment_editor.js';
 import {Maker} from './maker.js';
+import {keep_file} from './opened_files.js';
 import {
-  can_step_history, choose_stitch, command_line, file_name, is_start_recipe, offered_recipes, on_recipe_change, recipe, set_description, set_recipe, set_recipe_of_fabric,
-  shell_line, step_history
+  can_step_history, choose_stitch, command_line, file_name, garment_name, is_start_recipe, offered_recipes, on_change, own_name, recipe, set_description, set_recipe, set_recipe_of_fabric,
+  set_worn, shell_line, step_history, worn
 } from './recipe.js';
 import {TextEditor} from './text_editor.js';
 
 const view = globalThis.selvedge, {stage} = view, by_id = (id) => document.getElementById(id);
-const STAGES = {relax: 'yarns come to rest', bake: 'light', fit: 'fit'};
-/** Bytes that a text and a fabric have at most. */
-const TEXT = 16e6, FABRIC = 64e6;
+/** Stages of a make, and the milliseconds that each took last. */
+const STAGES = {relax: ['yarns come to rest', 500], bake: ['light falls on them', 1000], fit: ['written as a fabric', 300]}, WHITE = '#ffffff';
+const HELD_OUT = 'How well it tells light that it was not made from: by size, the finest first, then the yarn close by; 30 dB is well';
+/** Bytes that files of each kind have at most. */
+const LARGEST = {exr: 64e6, glb: 128e6, txt: 16e6, wif: 16e6, json: 16e6, png: 16e6};
 /** Pictures of the list by the names of their stitches, seven in a row. */
 const TILED = JSON.parse(by_id('tiled').textContent), TILE = 48;
 
-const state = {making: false, shown: 0, preview_ms: null, made_ms: 0, shown_ms: 0, relaxed: 0, bytes: null, refusal: ''};
+const state = {making: false, stage: '', stage_began: 0, shown: 0, preview_ms: null, made_ms: 0, shown_ms: 0, relaxed: 0, bytes: null, refusal: ''};
 /** The bytes of the cloth that is made, or of the last whole one. */
 let making = null, last_fabric = null, resolve_current = null, garment = null, fabrics = [];
 
 /** The commands that make the cloth, and dress a garment of the user in it. */
 function command() {
-  return command_line() + (garment?.file_name ? `\n${shell_line(['selvedge', ...garment.words()])}` : '');
+  return command_line() + (garment && worn.file ? `\n${shell_line(['selvedge', ...garment.words()])}` : '');
 }
-function show_recipe() {
+function show_recipe(is_other = true) {
   const offer = offered_recipes.find(({stitch, text}) => stitch === recipe.stitch && (text === undefined) === (recipe.text === undefined));
   for (const input of by_id('stitches').querySelectorAll('input')) input.checked = input.value === offer?.stitch;
-  const chosen = by_id('stitches').querySelector('label:has(:checked)'), {scrollTop, clientHeight, offsetTop} = by_id('stitches');
-  const below = chosen && chosen.offsetTop - offsetTop;
-  if (chosen && (below < scrollTop || below + chosen.clientHeight > scrollTop + clientHeight)) by_id('stitches').scrollTop = below - clientHeight / 2;
-  by_id('name').textContent = file_name();
+  if (is_other) by_id('stitches').querySelector('label:has(:checked)')?.scrollIntoView({block: 'nearest'});
+  by_id('name').textContent = own_name();
+  by_id('sides').checked = recipe.sides === 'both';
   by_id('about').textContent = offer?.description ?? '';
   editor.show(recipe);
   show_values();
@@ -42,25 +44,37 @@ function show_recipe() {
   by_id('redo').disabled = !can_step_history(1);
   by_id('command').value = command();
 }
-/** Shows a line of the module where the control is that it speaks of. */
+/** A line of the program; its code, by which the documentation explains it, is a title. */
+function show_message(line) {
+  const [, text, code] = line.match(/^([^]*?)(?: \[([A-Z_]+)\])?$/);
+  Object.assign(by_id('refusal'), {textContent: text, title: code ? `${code} in the documentation` : ''});
+}
+/** Shows a line of the program where the control is that it speaks of. */
 function refuse(line) {
   state.refusal = line;
-  const is_shown = [editor.refuse(line), refuse_value(line)].some(Boolean);
-  by_id('refusal').textContent = is_shown ? '' : line;
+  const short = line.replace(/ \[[A-Z_]+\]$/, ''), is_shown = [editor.refuse(short), refuse_value(short)].some(Boolean);
+  show_message(is_shown ? '' : line);
 }
 
 const show_progress = (text) => by_id('made').textContent = text;
-const maker = new Maker({
-  describe: set_description, progress: (stage, fraction) => state.making && show_progress(`making: ${STAGES[stage]}, ${Math.round(100 * fraction)} %`),
-  relaxed: () => ++state.relaxed, bytes_of: (id) => view.bytes_of(by_id(id))
-});
+/** Shows a stage, and how long the rest takes if what follows it takes as long as last. */
+function progress(stage, fraction) {
+  const now = performance.now(), [name] = STAGES[stage], later = Object.keys(STAGES).slice(Object.keys(STAGES).indexOf(stage) + 1);
+  if (state.stage !== stage) Object.assign(state, {stage, stage_began: now});
+  if (fraction > 0.05) STAGES[stage][1] = (now - state.stage_began) / fraction;
+  const left = later.reduce((sum, next) => sum + STAGES[next][1], (1 - fraction) * STAGES[stage][1]);
+  if (state.making) show_progress(`making: ${name}, ${Math.round(100 * fraction)} %, about ${Math.ceil(left / 1000)} s left`);
+}
+const page = {progress, relaxed: () => ++state.relaxed, bytes_of: (id) => view.bytes_of(by_id(id))};
+/** Programs that make, dress and read: none waits for another. */
+const [maker, dresser, reader] = [1, 2, 3].map(() => new Maker(page));
 /** The bytes of the cloth, once they are made. */
 const made_bytes = () => state.bytes ?? (state.making ? making : making = make());
 /** Makes the cloth of the recipe and shows it, a preview first; a promise of the bytes of its file, null where it was refused or another began. */
 function make() {
   resolve_current?.(null);
   const begin = performance.now();
-  Object.assign(state, {making: true, bytes: null, preview_ms: null});
+  Object.assign(state, {making: true, stage: '', bytes: null, preview_ms: null});
   refuse('');
   show_progress('making …');
   view.hold(true);
@@ -90,8 +104,13 @@ function make() {
     show_progress(`made in ${(state.made_ms / 1000).toFixed(1)} s, ${Math.round(bytes.length / 1000)} KB`);
   });
 }
-const show_sheet = (fabric, bytes) => by_id('sheet').replaceChildren(
-  ...data_sheet_lines(fabric, bytes.length).flatMap(([name, value]) => [element('dt', {textContent: name}), element('dd', {textContent: value})]));
+/** Shows what the fabric says of itself: members of its `sheet` (spec/fabric.md), its repeat and accuracy. */
+function show_sheet({sheet, mm_per_repeat, accuracy: {front, yarn}}, {length}) {
+  const number = (x) => typeof x === 'number' ? String(Number(x.toPrecision(3))) : String(x), words = (name) => name.replace(/[A-Z]/g, (c) => ` ${c.toLowerCase()}`);
+  const lines = {...sheet, repeatMm: mm_per_repeat, accuracyDb: [front, yarn ?? []].flat().filter(Number.isFinite), kilobytes: length / 1000};
+  by_id('sheet').replaceChildren(...Object.entries(lines).flatMap(([name, value]) =>
+    [element('dt', {textContent: words(name), title: name === 'accuracyDb' ? HELD_OUT : ''}), element('dd', {textContent: [value ?? 'unknown'].flat().map(number).join(', ')})]));
+}
 /** Shows a fabric, a preview or whole; whether it was seen before is_over(). */
 async function show(bytes, is_over, is_whole = true) {
   await view.started;
@@ -139,7 +158,6 @@ function tile_of(offer) {
   const input = element('input', {type: 'radio', name: 'stitch', value: stitch, onchange: () => choose_stitch(offer)});
   const picture = element('span', {className: 'picture'});
   picture.style.backgroundPosition = `${-TILE * (number % 7)}px ${-TILE * Math.floor(number / 7)}px`;
-  if (number < 0) picture.style.backgroundImage = 'none';
   return element('label', {title: description}, input, picture, name);
 }
 by_id('stitches').append(...offered_recipes.map(tile_of));
@@ -147,97 +165,109 @@ const on_click = (id, act) => by_id(id).addEventListener('click', act);
 on_click('undo', () => step_history(-1));
 on_click('redo', () => step_history(1));
 addEventListener('keydown', (event) => {
-  if (!(event.ctrlKey || event.metaKey)) return;
-  const by = {z: event.shiftKey ? 1 : -1, y: 1}[event.key.toLowerCase()];
-  if (!by) return;
-  event.preventDefault();
-  step_history(by);
+  const by = (event.ctrlKey || event.metaKey) && {z: event.shiftKey ? 1 : -1, y: 1}[event.key.toLowerCase()];
+  if (by) event.preventDefault(), step_history(by);
 });
-on_click('save_fabric', async () => {
+/** Lets a button save what file_of(name, bytes) makes of the cloth's bytes. */
+const saves = (id, file_of) => on_click(id, async () => {
   const name = file_name(), bytes = await made_bytes();
-  if (bytes) save(new Blob([bytes], {type: 'image/x-exr'}), `${name}.fabric.exr`);
+  if (bytes) save(...await file_of(name, bytes));
 });
-on_click('save_garment', async () => {
-  const name = file_name(), bytes = await made_bytes();
-  if (bytes) save(new Blob([await garment.dressed_glb(bytes)], {type: 'model/gltf-binary'}), `${garment.name}.${name}.glb`);
-});
-/** Shows a line that is not about the recipe. */
-const show_message = (line) => by_id('refusal').textContent = line;
-/** Takes a fabric, a garment, a chart, draft or description that the user opens or drops. */
+saves('save_fabric', (name, bytes) => [new Blob([bytes], {type: 'image/x-exr'}), `${name}.fabric.exr`]);
+saves('save_garment', async (name, bytes) => [new Blob([await garment.dressed_glb(bytes)], {type: 'model/gltf-binary'}), `${garment_name()}.${name}.glb`]);
+/** Takes a fabric, a garment, a chart, draft, picture or description that the user opens or drops. */
 async function open(file) {
-  const ending = file.name.toLowerCase().match(/\.\w+$/)?.[0];
+  const {name, size} = file, [, ending] = name.toLowerCase().match(/\.(\w+)$/) ?? [], bytes = async () => new Uint8Array(await file.arrayBuffer());
+  const report_of = async (...words) => (await reader.run([...words, name], {[name]: await bytes()})).report;
   try {
-    if (ending === '.exr') await open_fabric(file);
-    else if (ending === '.glb') {
-      await dress(file.name, (cloth) => garment.open_file(file, cloth));
-      by_id('parts').parentElement.open = true;
-    } else if (['.txt', '.wif', '.json'].includes(ending)) {
-      if (file.size > TEXT) throw new Error(`has ${file.size} bytes, a chart or draft here has at most ${TEXT}`);
-      set_recipe({stitch: file.name, text: (await file.text()).replaceAll('\r\n', '\n'), set: {}});
-    } else throw new Error('is no fabric (.exr), garment (.glb), chart (.txt), draft (.wif) or description (.json)');
+    if (!LARGEST[ending]) throw new Error('is no fabric (.exr), garment (.glb), chart or instructions (.txt, .png), draft (.wif) or description (.json)');
+    const megabytes = (count) => `${Math.round(count / 1e6)} MB`, by_program = ending === 'glb' ? `: selvedge dress '${name}' dresses it` : '';
+    if (size > LARGEST[ending]) throw new Error(`has ${megabytes(size)}, this page takes ${megabytes(LARGEST[ending])}${by_program}`);
+    if (ending === 'exr') set_recipe_of_fabric((await report_of('info')).content.recipe);
+    else if (ending === 'png') set_recipe({stitch: name.replace(/\.\w+$/, '.txt'), text: (await report_of('stitch', '--list')).cells.chart, set: {}});
+    else if (ending === 'glb') {
+      const key = [name, size, file.lastModified].join();
+      await keep_file(key, await bytes());
+      if (await dress({key, file: name, tint: worn.tint})) by_id('garment').open = true;
+    } else set_recipe({stitch: name, text: (await file.text()).replaceAll('\r\n', '\n'), set: {}});
   } catch ({message}) {
-    show_message(`${file.name}: ${message}`);
+    show_message(`${name}: ${message}`);
   }
 }
-async function open_fabric(file) {
-  if (file.size > FABRIC) throw new Error(`has ${Math.round(file.size / 1e6)} MB, a fabric here has at most ${FABRIC / 1e6} MB`);
-  const fabric = new LoadedFabric(await file.arrayBuffer(), file.name);
-  await fabric.settled;
-  const {issue, recipe: found} = fabric;
-  fabric.dispose();
-  if (issue) throw new Error(`${issue.place ? `${issue.place}: ` : ''}${issue.message} [${issue.code}]`);
-  set_recipe_of_fabric(found);
+async function open_all(files) {
+  for (const file of files) await open(file);
 }
-/** Lets change(bytes) dress the garment in the cloth, and shows the report. */
-async function dress(name, change) {
+let dressing = Promise.resolve();
+/** Dresses a garment in the cloth after what is dressed yet, and shows the report; whether that went well. `takes`: it is a change. */
+const dress = (next, takes = true) => dressing = dressing.then(async () => {
+  const name = next.file ?? 'garment';
   show_message(`dressing ${name} …`);
-  const refusal = await change(await made_bytes() ?? last_fabric).then(() => null, ({message}) => `${name}: ${message}`);
-  show_parts();
+  const refusal = await garment.show(next, await made_bytes() ?? last_fabric).then(() => null, ({message}) => `${name}: ${message}`);
+  if (refusal === null && takes) set_worn(next);
+  show_worn();
   show_message(refusal ?? '');
-}
-/** Checkboxes of the garment's materials, with what `dress` says of them. */
-function show_parts() {
-  const remarks = garment.remarks.map((textContent) => element('small', {textContent})), parts = garment.parts.map((part) => {
-    const input = element('input', {type: 'checkbox', checked: part.wears});
-    input.onchange = () => dress(part.name, (cloth) => garment.set_wears(part, input.checked, cloth));
-    return element('p', {}, element('label', {}, input, part.name), element('small', {textContent: part.about}));
+  return refusal === null;
+});
+/** Shows the tint, and check boxes of the garment's materials with what `dress` says of them. */
+function show_worn() {
+  const remarks = garment.remarks.map((textContent) => element('small', {textContent})), parts = garment.parts.map(({index, name, wears, about}) => {
+    const input = element('input', {type: 'checkbox', checked: wears});
+    input.onchange = () => dress({...worn, choices: {...worn.choices, [index]: input.checked}});
+    return element('p', {}, element('label', {}, input, name), element('small', {textContent: about}));
   });
   by_id('parts').replaceChildren(...parts, ...remarks);
   by_id('command').value = command();
+  by_id('tint').value = worn.tint ?? WHITE;
+  const tint = worn.tint ? new Color(worn.tint).toArray() : null;
+  if (String(tint) === String(stage.tint_colour)) return;
+  stage.tint_colour = tint;
+  stage.put_on_cloth();
 }
-by_id('tint').addEventListener('change', () => garment?.file_name && dress(garment.file_name, garment.dress_again));
-on_click('open', () => by_id('file').click());
-by_id('file').addEventListener('change', async ({target}) => {
-  for (const file of target.files) await open(file);
-  target.value = '';
+by_id('tint').addEventListener('change', ({target: {value}}) => dress({...worn, tint: value === WHITE ? undefined : value}));
+by_id('sides').addEventListener('change', ({target: {checked}}) => set_recipe({...recipe, sides: checked ? 'both' : undefined}));
+by_id('all').addEventListener('change', ({target: {checked}}) => document.body.classList.toggle('all', checked));
+by_id('search').addEventListener('input', ({target: {value}}) => {
+  const words = value.toLowerCase().split(/\s+/);
+  for (const tile of by_id('stitches').children) tile.hidden = !words.every((word) => `${tile.textContent} ${tile.title}`.toLowerCase().includes(word));
 });
+on_click('open', () => by_id('file').click());
+by_id('file').addEventListener('change', ({target}) => open_all([...target.files]).then(() => target.value = ''));
 addEventListener('dragover', (event) => event.preventDefault());
-addEventListener('drop', async (event) => {
+addEventListener('drop', (event) => {
   event.preventDefault();
-  for (const file of event.dataTransfer.files) await open(file);
+  open_all([...event.dataTransfer.files]);
 });
 on_click('save_picture', async () => save(await view.picture(), `${file_name()}.png`));
 on_click('copy', async () => {
   by_id('command').select();
   await navigator.clipboard?.writeText(command()).catch(() => {});
 });
-const editor = new TextEditor((text) => set_recipe({...recipe, text}));
-on_recipe_change((is_other, makes = true) => {
+const editor = new TextEditor(
+  (text) => set_recipe({...recipe, text}),
+  (name, text) => reader.run(['stitch', name, '--list'], {[name]: new TextEncoder().encode(text)}).catch((error) => error).then(({report}) => {
+    const {stitch, description, parameters, cells} = report ?? {};
+    if (parameters && name === recipe.stitch) set_description({stitch, description, parameters});
+    return cells;
+  }));
+on_change(({is_other, makes}) => {
   if (is_other) build_fields();
-  show_recipe();
+  show_recipe(is_other);
   if (makes) making = make();
+  if (garment && !garment.shows(worn)) dress(worn, false);
+  else if (garment) show_worn();
 });
 build_fields();
 show_recipe();
 view.started.then(async () => {
-  garment = new GarmentEditor(view, new Maker({bytes_of: (id) => view.bytes_of(by_id(id))}));
+  garment = new GarmentEditor(view, dresser);
   [{fabric: stage.cloth}] = view.materials;
-  show_parts();
+  show_worn();
   const bytes = await garment.first_fabric();
   if (bytes && state.bytes === null && !state.making) show_sheet(stage.cloth, state.bytes = bytes);
   last_fabric = state.bytes;
   fabrics = [stage.cloth];
   if (!is_start_recipe()) making = make();
   else if (!state.making) maker.ask({recipe, whole: false});
+  if (!garment.shows(worn)) dress(worn, false);
 });
 view.design = {state, recipe: () => recipe, open};

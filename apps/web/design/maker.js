@@ -7,9 +7,10 @@ export class Maker {
   static #program = null;
   #worker = null;
   #is_busy = false;
+  #run = Promise.resolve();
   /** Shapes of yarn at rest for the next worker: those that the page brings, each after its length, and others. */
   static #shapes = new Map();
-  /** `page`: { describe(stitch), progress(stage, fraction), relaxed(), bytes_of(id) }: called with what the worker posts; bytes in the page. */
+  /** `page`: { progress(stage, fraction), relaxed(), bytes_of(id) }: called with what the worker posts; bytes in the page. */
   constructor(page) {
     this.page = page;
   }
@@ -18,6 +19,16 @@ export class Maker {
     for (let begin = 0, count; begin < bytes.byteLength; begin += 4 + count)
       keep_shape(Maker.#shapes, new Uint8Array(bytes, begin + 4, count = numbers.getUint32(begin, true)));
     return WebAssembly.compile(await this.page.bytes_of('program'));
+  }
+  /** Runs the program on files, bytes by names, after what it runs yet: { files, report }, also of the Error of one line that it throws. */
+  run(argv, files) {
+    return this.#run = this.#run.catch(() => {}).then(async () => {
+      const answer = await this.ask({argv: [...argv, '--json'], files: new Map(Object.entries(files))});
+      const report = answer.out ? JSON.parse(answer.out) : {error: {message: answer.refusal ?? answer.err.trim()}}, {error} = report;
+      if (!error) return {files: answer.files, report};
+      const line = [error.place, error.message].filter(Boolean).join(': ') + (error.code ? ` [${error.code}]` : '');
+      throw Object.assign(new Error(line), {report});
+    });
   }
   /** Sends the worker work, and returns its answer. A worker that is busy with other work ends. */
   async ask(message) {
@@ -33,8 +44,7 @@ export class Maker {
         this.#is_busy = false;
         end(found);
       };
-      this.#worker.onmessage = ({data: {stitch, stage, fraction, shape, ...found}}) => {
-        if (stitch) return this.page.describe(stitch);
+      this.#worker.onmessage = ({data: {stage, fraction, shape, ...found}}) => {
         if (shape) return this.page.relaxed(keep_shape(Maker.#shapes, shape));
         if (stage === undefined) return answer(found);
         this.page.progress(stage, fraction);

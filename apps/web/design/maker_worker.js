@@ -1,5 +1,5 @@
 // The worker of the program: takes { program, shapes } first, a WebAssembly.Module and a Map of keep_shape(). To { argv, files } it
-// posts { files, out, err } of the program's run. To { recipe, whole } it posts { stitch } of a text, { stage, fraction }, { shape }, and
+// posts { files, out, err } of the program's run. To { recipe, whole } it posts { stage, fraction }, { shape }, and
 // { bytes, remarks } of a preview or of the whole fabric, or { refusal }, a line.
 import {codecs} from '../../npm/codecs.js';
 import {memory_host, run_module} from '../../npm/host.js';
@@ -18,13 +18,14 @@ onmessage = async ({data: {program, shapes, argv, files, recipe, whole}}) => {
   if (program) {
     // Previews are read at once, by this page alone.
     const deflate = (bytes, level) => is_whole ? codecs.deflate(bytes, level) : bytes;
-    maker = new FabricMaker(module = program, {deflate, progress, shapes, describe: (stitch) => postMessage({stitch}), shape: (shape) => postMessage({shape})});
+    maker = new FabricMaker(module = program, {deflate, progress, shapes, shape: (shape) => postMessage({shape})});
     return;
   }
   if (argv) {
     const said = {out: '', err: ''};
     await codecs.meshopt.ready;
-    run_module(module, argv, memory_host(files, said), codecs);
+    // A page is read at once, too.
+    run_module(module, argv, memory_host(files, said), argv[0] === 'page' ? {...codecs, deflate: (bytes) => codecs.deflate(bytes, 0)} : codecs);
     return postMessage({files, ...said});
   }
   is_whole = whole;

@@ -1,14 +1,16 @@
-// The recipe of the cloth, a stitch with its settings: what it may be, its changes, and the command that makes the same.
-import {linear_to_srgb} from './fabric_file.js';
+// State of the page, with its history: the recipe of the cloth, a stitch with its settings, and the garment that wears it;
+// and the command that makes the same.
+import {Color} from 'three';
 
-const {first, described, kinds, stitches: list} = JSON.parse(document.getElementById('recipes').textContent);
+export const {first, described, kinds, stitches: list} = JSON.parse(document.getElementById('recipes').textContent);
 /** Recipes that the list offers: built-in stitches, and texts with the remarks that they begin with. */
 export const offered_recipes = list.map(({stitch, description}) => ({stitch, description}));
 for (const [stitch, text] of Object.entries(JSON.parse(document.getElementById('samples').textContent)))
   offered_recipes.push({stitch, text, description: text.match(/^([#;].*\n)+/)?.[0].replace(/^[#;]\s*/gm, '').replaceAll('\n', ' ') ?? ''});
 /** Stitches with their parameters: built in, and texts once the module has described theirs. */
 const stitches = new Map([...list, described].map((stitch) => [stitch.stitch, stitch]));
-const STORE = `selvedge design ${location.pathname}`;
+/** The browser keeps so many characters and steps of the history. */
+const STORE = `selvedge design ${location.pathname}`, CHARACTERS = 2e6, STEPS = 200;
 
 /** Does what the browser may forbid; null then. */
 function try_or_null(work) {
@@ -19,24 +21,30 @@ function try_or_null(work) {
   }
 }
 const is_recipe = (found) => (typeof found?.text === 'string' || stitches.has(found?.stitch)) && typeof found.set === 'object';
-const saved_recipe = [try_or_null(() => JSON.parse(localStorage.getItem(STORE)))].find(is_recipe), start = {set: {}, ...first};
-export let recipe = saved_recipe ?? start;
-const history = [JSON.stringify(recipe)];
-let now = 0, taken = () => {};
+const start = {set: {}, ...first}, known = try_or_null(() => JSON.parse(localStorage.getItem(STORE)));
+/** States as JSON, and the number of the one that is shown. */
+let history = [JSON.stringify({recipe: start, worn: {}})], now = 0, taken = () => {};
+if (try_or_null(() => known.history.every((state) => is_recipe(JSON.parse(state).recipe)) && known.history[known.now])) ({history, now} = known);
+/** `worn`: { key, file, choices, tint }: a garment of the user, what wears the cloth otherwise than `dress --all` has it, a colour. */
+export let {recipe, worn} = JSON.parse(history[now]);
 
-/** Calls taken(is_other) when the recipe changes; `is_other`: it has other parameters. */
-export const on_recipe_change = (call) => taken = call;
-function take(next, is_other = next.stitch !== recipe.stitch) {
-  recipe = next;
-  try_or_null(() => localStorage.setItem(STORE, JSON.stringify(recipe)));
-  taken(is_other);
+/** Calls taken({ is_other, makes }) when the state changes: the recipe has other parameters, or is another. */
+export const on_change = (call) => taken = call;
+function take(state, is_other = state.recipe.stitch !== recipe.stitch) {
+  const makes = JSON.stringify(recipe) !== JSON.stringify(state.recipe);
+  ({recipe, worn} = state);
+  while (history.length > STEPS || (history.length > 1 && now > 0 && history.join().length > CHARACTERS)) history.shift(), --now;
+  try_or_null(() => localStorage.setItem(STORE, JSON.stringify({history, now})));
+  taken({is_other, makes});
 }
-/** Takes another recipe, which can be undone. */
-export function set_recipe(next) {
-  if (JSON.stringify(next) === history[now]) return;
-  history.splice(++now, Infinity, JSON.stringify(next));
-  take(next);
+function push(state) {
+  if (JSON.stringify(state) === history[now]) return;
+  history.splice(++now, Infinity, JSON.stringify(state));
+  take(JSON.parse(history[now]));
 }
+/** Takes another recipe, or garment, which can be undone. */
+export const set_recipe = (next) => push({recipe: next, worn});
+export const set_worn = (next) => push({recipe, worn: next});
 export const can_step_history = (by) => history[now + by] !== undefined;
 export const step_history = (by) => can_step_history(by) && take(JSON.parse(history[now += by]));
 export const is_start_recipe = () => JSON.stringify(recipe) === JSON.stringify(start);
@@ -50,20 +58,22 @@ function settings_of(stitch, known, left_out = /^$/) {
   const names = stitches.get(stitch)?.parameters.map(({name}) => name) ?? known;
   return Object.fromEntries(Object.entries(recipe.set).filter(([name]) => names.includes(name) && !left_out.test(name)));
 }
-export const choose_stitch = ({stitch, text}) => set_recipe({stitch, ...text !== undefined && {text}, set: settings_of(stitch, ['yarn'], /colour$|albedo$/)});
+export const choose_stitch = ({stitch, text}) => set_recipe(
+  {stitch, text, set: settings_of(stitch, ['yarn'], /colour$|albedo$/), sides: recipe.sides});
 /** Takes the parameters of a text's stitch. Settings that it lacks are left out; whether it has others than were known. */
 export function set_description(stitch) {
   if (JSON.stringify(stitches.get(stitch.stitch)) === JSON.stringify(stitch)) return;
   stitches.set(stitch.stitch, stitch);
   const left = settings_of(recipe.stitch), is_less = Object.keys(left).length < Object.keys(recipe.set).length;
-  if (!is_less) return taken(true, false);
-  history[now] = JSON.stringify({...recipe, set: left});
-  take(JSON.parse(history[now]), true);
+  if (!is_less) return taken({is_other: true, makes: false});
+  const state = {recipe: {...recipe, set: left}, worn};
+  history[now] = JSON.stringify(state);
+  take(state, true);
 }
 /** Takes the recipe that a fabric says it was made by. */
 export function set_recipe_of_fabric(found) {
   if (typeof found?.stitch !== 'string') throw new Error('has no recipe by which it can be edited');
-  if (found.text === undefined && !stitches.get(found.stitch)?.description)
+  if (found.text === undefined && !list.some(({stitch}) => stitch === found.stitch))
     throw new Error(`its recipe names ${found.stitch} without its text`);
   const set = Object.fromEntries(Object.entries(found.set ?? {}).map(([name, value]) => [name, Array.isArray(value) ? value.join(',') : value]));
   set_recipe({...found, set});
@@ -74,7 +84,7 @@ const all_parameters = () => stitches.get(recipe.stitch)?.parameters ?? [];
 /** The colours of a stitch's yarns; where it has one yarn, the colour of all is the same and stands for it. */
 export const colour_parameters = () => all_parameters().filter(({name}) => name.endsWith('albedo'));
 export const parameters = () => all_parameters().filter(({name}) => name !== 'albedo' || colour_parameters().length > 1);
-const hex_of = (linear) => '#' + linear.map((x) => Math.round(255 * linear_to_srgb(x)).toString(16).padStart(2, '0')).join('');
+const hex_of = (linear) => `#${new Color(...linear).getHexString()}`;
 /** A default as text; empty where it follows the kind of yarn, which is set. */
 export function default_text(parameter) {
   const {name, value: [value], byKind: by_kind} = parameter;
@@ -84,8 +94,10 @@ export function default_text(parameter) {
   const follows = by_kind && Object.keys(recipe.set).some((set) => set.endsWith('yarn'));
   return follows ? '' : String(Number(value.toPrecision(4)));
 }
-/** The name of the files of a cloth. */
+/** The name of the files of a cloth; the name that its text gives it, or else its file. */
 export const file_name = () => recipe.stitch.replace(/\.\w+$/, '');
+export const garment_name = () => worn.file?.replace(/\.glb$/i, '') ?? 'garment';
+export const own_name = () => (recipe.text !== undefined && stitches.get(recipe.stitch)?.description) || file_name();
 /** Words as a shell takes them. */
 export function shell_line(words) {
   const quoted = (word) => /^[\w.,=+-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
@@ -99,4 +111,3 @@ export function command_line() {
   if (text === undefined) return line;
   return `cat > ${shell_line([stitch])} << 'END_OF_TEXT'\n${text}${text.endsWith('\n') ? '' : '\n'}END_OF_TEXT\n${line}`;
 }
-export {kinds};

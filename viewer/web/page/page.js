@@ -42,7 +42,12 @@ other.position.copy(OTHER_PLACE);
 const state = {light: [-0.4, 0.5], turn: 0, fallback: false, level: -1, exposure: 0, ms: Infinity, frames: 0, at_rest: false};
 const materials = new Set(), size = {x: 0, y: 0}, drawn_ends = [], loader = new GLTFLoader();
 loader.setMeshoptDecoder(MeshoptDecoder);
-loader.register((parser) => new SelvedgeFabric(parser));
+/** Garments load no fabric of their own where all wear a cloth. */
+loader.register((parser) => new class extends SelvedgeFabric {
+  fabric(index) {
+    return stage.cloth ?? super.fabric(index);
+  }
+}(parser));
 const stage = new Stage({materials, restage, moved});
 scene.add(stage.group);
 let due = false, drawing = false, keeps_images = false, is_held = false, shade_due = null, rest = 0, shown_at = 0, fine = 1, surroundings = null, compiled = null;
@@ -102,6 +107,7 @@ function refine() {
 function hold(held) {
   cell_images.hold(is_held = held);
   clearTimeout(rest);
+  by_id('progress').textContent = '';
   if (held) return keeps_images = true;
   fine = 1;
   rest = setTimeout(redraw, REST);
@@ -143,7 +149,7 @@ function progress({at_rest = false}) {
       (at_rest && !garment);
   if (is_held) return;
   const shown = [...materials].every(is_shown), now = performance.now();
-  by_id('progress').textContent = shown || state.fallback ? '' : `loading: ${Math.round(100 * cell_images.share())} %`;
+  by_id('progress').textContent = shown || state.fallback ? '' : `drawing the yarns: ${Math.round(100 * cell_images.share())} %`;
   if (!at_rest && shown && now < shown_at + SHOW) return;
   if (!shown && !at_rest && materials.size > 0 && state.frames > 0) return;
   compiled ??= shown ? compile().then(() => {
@@ -195,6 +201,16 @@ async function floor_of({dataset}) {
   floor.userData.x = x;
   floor.renderOrder = -1;
   return floor;
+}
+/** The garment of an element that selvedge-view writes: { scene, parser, animations, dataset, floor, element }. */
+async function load_garment(element) {
+  const {dataset} = element, loaded = await loader.parseAsync(await bytes_of(element), '');
+  return {...loaded, dataset, floor: dataset.floor && await floor_of(element), element};
+}
+function dispose_garment({scene: garment, floor}) {
+  const free = ({geometry, material}) => [geometry, material, ...Object.values(material ?? {}).filter((value) => value?.isTexture)].forEach((each) => each?.dispose?.());
+  garment.traverse(free);
+  floor?.traverse(free);
 }
 function set_light() {
   const [x, y] = state.light, z = Math.sqrt(Math.max(0, 1 - x * x - y * y));
@@ -274,13 +290,12 @@ async function start() {
   use_worker(() => new Worker(worker), await bytes_of(by_id('cells')));
   for (const type of ['change', 'progress']) cell_images.addEventListener(type, progress);
   for (const element of document.querySelectorAll('script[data-garment]')) {
-    const {dataset} = element;
     try {
-      const {scene: garment, parser, animations} = await loader.parseAsync(await bytes_of(element), ''), floor = dataset.floor && await floor_of(element);
-      if (floor) scene.add(floor);
-      stage.garments.push({scene: garment, parser, animations, dataset, floor, element});
+      const garment = await load_garment(element);
+      if (garment.floor) scene.add(garment.floor);
+      stage.garments.push(garment);
     } catch (error) {
-      note(`${dataset.garment}: ${error.message}`);
+      note(`${element.dataset.garment}: ${error.message}`);
     }
   }
   for (const element of document.querySelectorAll('script[data-fabric]')) stage.fabrics.push(new LoadedFabric(await bytes_of(element), element.dataset.fabric));
@@ -336,5 +351,5 @@ function picture() {
 const started = start();
 // For tests, for who opens the console, and for pages with more to them.
 globalThis.selvedge = {
-  state, camera, controls, materials, stage, loader, moved, hold, prepare, drawn, reflect, picture, bytes_of, started
+  state, camera, controls, materials, stage, loader, moved, hold, prepare, drawn, reflect, picture, bytes_of, load_garment, dispose_garment, started
 };

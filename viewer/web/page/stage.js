@@ -1,12 +1,13 @@
 // Garments, swatches or both, as the page shows them, and their clothes: a fabric of the menu or their own, a variant and a tint.
 import {Box3, Color, DoubleSide, Group, Mesh, PlaneGeometry} from 'three';
 import {FabricMaterial, plain_lay} from '../three/index.js';
-import {tint_towards} from './tint.js';
 
 /** Metres of cloth on a swatch, of its side on the stage, and from one to the next. */
 const SWATCH = 0.06, SIDE = 0.5, STEP = 0.54;
 /** Cloth whose size no file states: mm of a repeat. */
 const REPEAT = [10, 10];
+/** Luminance of the darkest cloth, and the largest tint. */
+const DARKEST = 0.03, MAX_TINT = 16;
 const VARIANTS = 'KHR_materials_variants', AS_IT_IS = '#ffffff';
 const by_id = (id) => document.getElementById(id);
 const variants_of = ({parser}) => (parser.json.extensions?.[VARIANTS]?.variants ?? []).map(({name}) => name);
@@ -14,6 +15,11 @@ const variants_of = ({parser}) => (parser.json.extensions?.[VARIANTS]?.variants 
 function fill(menu, first, options) {
   by_id(`of_${menu}`).hidden = options.length === 0;
   by_id(menu).replaceChildren(new Option(first, ''), ...options);
+}
+/** The factor on a cloth of mean `albedo` that gives it a colour, as tint_towards() of `dress` has it. */
+function tint_towards([r, g, b], albedo) {
+  const grey = Math.max(DARKEST - 0.2126 * r - 0.7152 * g - 0.0722 * b, 0);
+  return [r, g, b].map((c, k) => Math.min((c + grey) / Math.max(albedo[k], 1e-6), MAX_TINT));
 }
 /** The lay of a repeat (mm) on a surface by the length (m) of its unit of texture coordinates. */
 export const lay_for_size = (metres, mm) => ({...plain_lay, scale: metres.map((size, k) => 1000 * size / (mm ?? REPEAT)[k])});
