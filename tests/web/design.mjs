@@ -199,12 +199,12 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   printed.materials[0].pbrMetallicRoughness = { baseColorFactor: [0.5, 0.2, 0.01, 1], baseColorTexture: { index: push('textures', { source }) } };
   writeFileSync(path('printed.glb'), with_json(sweater, printed));
   const part = (name) => page.getByLabel(name, { exact: true }), dressed = () => page.getByRole('alert').filter({ hasText: /dressing/ }).waitFor({ state: 'detached' });
+  const command_has = (words) => page.waitForFunction((wanted) => document.getElementById('command').value.includes(wanted), words, { timeout: 1000 * SECONDS });
   await open_file(path('printed.glb'));
-  await dressed();
+  await command_has('dress printed.glb');
   await until(all_cloth);
   await part('trim').click();
-  await page.waitForFunction(() => /--except '?#1/.test(document.getElementById('command').value));
-  await dressed();
+  await command_has("--except '#1'");
   await page.getByRole('button', { name: 'Both', exact: true }).click();
   await until(({ shows }) => shows.length === 2 && all_cloth({ shows }));
   await picture('both');
@@ -239,7 +239,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   const numbers = () => page.evaluate(() => [...new Set([...globalThis.selvedge.materials].map(({ fabric }) => fabric.number))]);
   const before_box = await numbers();
   await part('trim').click();
-  await dressed();
+  await command_has("--material '#1'");
   await until(all_cloth);
   assert.deepEqual(await numbers(), before_box);
   await page.getByRole('button', { name: 'Garment', exact: true }).click();
@@ -254,7 +254,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   await text.fill(seed.text.replace('2: k2', '2: k q'));
   const faulty = await until(({ making, refusal }) => !making && refusal !== '');
   assert.match(faulty.refusal, /^seed.txt: line 8: there is no stitch "q"/);
-  assert.equal(await page.locator('.cell.wrong').innerText(), '2: k q');
+  await page.locator('.cell.wrong', { hasText: '2: k q' }).waitFor();
   assert.ok(all_cloth(faulty));
   await changes('instructions', () => text.fill('Row 1 (RS): *K1, p1; rep from * to end.\nRow 2: P the knits and k the purls.\n'));
   assert.equal(await cell(/^Row 2, column/).count(), 2);
@@ -280,7 +280,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   assert.match(unwoven.refusal, /^poplin.wif: every warp yarn stays on one side/);
   await text.fill(unwoven.text.replaceAll('Threads=2', 'Threads=5000'));
   await until(({ making, refusal }) => !making && /^poplin.wif: \[WEFT\] Threads: 5000 x 5000 yarns are more than .* \[\w+\]$/.test(refusal));
-  assert.match(await page.locator('#grid').innerText(), /edited as text/);
+  await page.locator('#grid', { hasText: 'edited as text' }).waitFor();
   await changes('undo', async () => {
     for (let k = 0; k < 9; ++k) await page.getByRole('button', { name: 'Undo' }).click();
   });
@@ -302,9 +302,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   await page.reload();
   await page.waitForFunction(() => globalThis.selvedge?.design, null, { timeout: 60000 });
   assert.deepEqual((await seen()).set, redone.set);
-  await part('trim').waitFor({ state: 'attached' });
-  await dressed();
-  assert.equal((await standing())[0][0], 'garment.glb');
+  await page.waitForFunction(() => globalThis.selvedge.stage.garments[0]?.dataset.garment === 'garment.glb', null, { timeout: 1000 * SECONDS });
   assert.ok(await page.getByRole('button', { name: 'Undo' }).isEnabled());
   assert.deepEqual(errors, []);
 });

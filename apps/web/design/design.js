@@ -106,7 +106,7 @@ function make() {
 }
 /** Shows what the fabric says of itself: members of its `sheet` (spec/fabric.md), its repeat and accuracy. */
 function show_sheet({sheet, mm_per_repeat, accuracy: {front, yarn}}, {length}) {
-  const number = (x) => typeof x === 'number' ? String(Number(x.toPrecision(3))) : String(x), words = (name) => name.replace(/[A-Z]/g, (c) => ` ${c.toLowerCase()}`);
+  const number = (x) => typeof x === 'number' ? String(Number(x.toPrecision(3))) : String(x), words = (name) => name.replace(/[A-Z]/g, (c) => ` ${c.toLowerCase()}`).replace(' db', ', dB');
   const lines = {...sheet, repeatMm: mm_per_repeat, accuracyDb: [front, yarn ?? []].flat().filter(Number.isFinite), kilobytes: length / 1000};
   by_id('sheet').replaceChildren(...Object.entries(lines).flatMap(([name, value]) =>
     [element('dt', {textContent: words(name), title: name === 'accuracyDb' ? HELD_OUT : ''}), element('dd', {textContent: [value ?? 'unknown'].flat().map(number).join(', ')})]));

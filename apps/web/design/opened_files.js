@@ -9,11 +9,12 @@ async function in_database(work) {
     return await settled(work((await settled(request)).transaction(STORE, 'readwrite').objectStore(STORE)));
   } catch {}
 }
+let loaded = null;
 /** Bytes by keys, the oldest first. */
-const opened = in_database((store) => store.get(STORE)).then((found) => found ?? new Map());
+const opened = () => loaded ??= in_database((store) => store.get(STORE)).then((found) => found ?? new Map());
 /** Keeps bytes by a key; the oldest go where all are too many. */
 export async function keep_file(key, bytes) {
-  const files = await opened, size = () => [...files.values()].reduce((sum, {length}) => sum + length, 0);
+  const files = await opened(), size = () => [...files.values()].reduce((sum, {length}) => sum + length, 0);
   files.delete(key);
   files.set(key, bytes);
   while (size() > BYTES) files.delete(files.keys().next().value);
@@ -21,7 +22,7 @@ export async function keep_file(key, bytes) {
 }
 /** Throws an Error of one line where they are no longer there. */
 export async function find_file(key) {
-  const bytes = (await opened).get(key);
+  const bytes = (await opened()).get(key);
   if (!bytes) throw new Error('is no longer kept by the browser: open it again');
   return bytes;
 }
