@@ -126,7 +126,7 @@ class ChartReader {
       rows.back()["yarns"] = fmt::format("{}", fmt::join(of_yarns, ""));
     }
     nlohmann::ordered_json cells = {{"yarns", yarns}, {"rows", rows}};
-    if (!is_chart_ && has_names) cells["chart"] = head_;
+    if (!is_chart_) cells["chart"] = has_names ? head_ : "";
     return cells;
   }
 

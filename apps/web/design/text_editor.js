@@ -77,7 +77,7 @@ export class TextEditor {
   /** Changes the text by change(text, cells), one after the other; instructions become a chart. */
   async #edit(change) {
     for (let last; last !== this.#read;) await (last = this.#read);
-    if (!this.#cells) return;
+    if (!this.#cells || this.#cells.chart === '') return;
     if (this.#cells.chart) {
       text.value = this.#cells.chart;
       await this.#load();

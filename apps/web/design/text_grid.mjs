@@ -9,7 +9,9 @@ const runs_of = (words) => words.reduce((runs, word) => {
   return runs;
 }, []).map(([word, count]) => word + (count > 1 ? count : '')).join(' ');
 
+/** A row with a stitch that has no name stays as it is written. */
 function with_row(text, {yarns: [{name: first}]}, row, names, yarns) {
+  if (names.includes('')) return text;
   const lines = text.split('\n'), line = lines[row.line - 1], has_letters = line.includes('[') || [...yarns].some((letter) => letter !== first);
   Object.assign(row, {stitches: names.map((name) => [name, width_of(name)]), yarns});
   lines[row.line - 1] = `${line.match(/^[^:]*:/)[0]} ${runs_of(names)}${has_letters ? ` [${runs_of([...yarns])}]` : ''}`;
