@@ -24,6 +24,11 @@ function functions_of(host, codecs, state) {
     },
     stage: (at, count, from, size) => { state.staged.set(text(at, count), bytes(from, size).slice()); },
     commit: (at, count) => { state.written.set(text(at, count), state.staged.get(text(at, count))); },
+    drop: (at, count) => {
+      const folder = `${text(at, count)}/`;
+      for (const path of state.written.keys()) if (path.startsWith(folder)) state.written.delete(path);
+    },
+    open: (at, count) => { state.opened.push(text(at, count)); },
     list: (at, count) => give(state, tried(() => host.list(text(at, count)), []).map((name) => `${name}\0`).join('')),
     progress: (at, count, fraction) => host.progress?.(text(at, count), fraction),
     pack: (level, from, count, out, room) => tried(() => {
@@ -81,7 +86,7 @@ export function give(state, input) {
 
 /** A module's instance: its exports, and the files that it has `written`. */
 export function start(module, host, codecs) {
-  const state = { read: new Map(), staged: new Map(), written: new Map() };
+  const state = { read: new Map(), staged: new Map(), written: new Map(), opened: [] };
   const { exports } = new WebAssembly.Instance(module, { host: functions_of(host, codecs, state), wasi_snapshot_preview1: wasi(host, state) });
   Object.assign(state, exports)._initialize();
   return state;
@@ -105,6 +110,11 @@ export function run_module(module, argv, host, codecs) {
     give(state, [host.folder ?? '/', host.shared ?? '/', ...argv].map((word) => `${word}\0`).join(''));
     const status = state.run();
     for (const [path, bytes] of state.written) host.write(path, bytes);
+    for (const path of state.opened) {
+      if (host.open?.(path)) continue;
+      host.stderr?.(`selvedge: ${path}: --open: no browser can be started [OPTION_OUT_OF_RANGE]\n`);
+      return 1;
+    }
     return status;
   } catch (error) {
     // Errors of the host's functions end the run; a trap of the module is told.

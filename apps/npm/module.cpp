@@ -35,6 +35,11 @@ std::string shared_folder;
 
 std::string shared_file(const std::string& name) { return shared_folder + "/" + name; }
 
+Result<void> open_in_browser(const std::string& page) {
+  host_open(page.data(), page.size());
+  return {};
+}
+
 // In place of sources with OpenMesh, Ceres, Draco and Embree.
 Charts cut_into_charts(const std::vector<V3d>&, const std::vector<std::uint32_t>&, const V3d&, double&) {
   refuse("needs new texture coordinates (--unwrap never keeps its own)");
@@ -89,7 +94,10 @@ extern "C" {
       [](const std::string& label, double fraction) { host_progress(label.data(), label.size(), fraction); });
   shared_folder = words[1];
   words[1] = "selvedge";
-  return run_selvedge(static_cast<int>(words.size()) - 1, words.data() + 1, add_page_verb);
+  return run_selvedge(static_cast<int>(words.size()) - 1, words.data() + 1, [](Program& program) {
+    add_page_verb(program);
+    add_design_verb(program);
+  });
 }
 }
 

@@ -2,10 +2,10 @@
 #include <filesystem>
 
 #include "apps/selvedge-view/commands.h"
-#include "apps/selvedge-view/garment_writer.h"
 #include "apps/selvedge-view/page.h"
 #include "apps/selvedge-view/workbench.h"
 #include "apps/selvedge/make.h"
+#include "converter/dress/dress.h"
 #include "format/base/atomic_file.h"
 #include "format/fabric/file.h"
 
@@ -14,10 +14,8 @@ namespace {
 
 constexpr const char* default_stitch = "plain-knit";
 
-struct DesignCommand {
-  CommonOptions common;
+struct DesignCommand : PageCommand {
   std::string input = default_stitch;
-  std::string output;
 };
 
 void declare(Options& options, DesignCommand& command) {
@@ -27,7 +25,7 @@ void declare(Options& options, DesignCommand& command) {
           "Shown first: a built-in stitch, a chart (.txt), draft (.wif) or description (.json) [plain-knit]; "
           "a fabric (.exr) with its recipe; or a garment (.glb)")
       .reads();
-  options.output(command.output, "The page", {".html"}).required();
+  add_page_output(options, command);
 }
 
 /// The recipe (apps/npm/make.mjs) of a stitch or in a fabric. Throws Failure.
@@ -78,11 +76,10 @@ Result<int> run(const DesignCommand& command) {
     make_file(make);
   }
   const Json recipes = recipes_with(recipe_of(made_of), bench);
-  PageCommand page;
-  page.common = command.common;
-  page.output = command.output;
-  const GarmentWriter writer = make_garment_writer({});
-  page.inputs = {writer.dress(is_garment ? command.input : shared_file("sweater.glb"), fabric)};
+  PageCommand page = command;
+  page.inputs = {bench.next_path(".glb")};
+  value_or_throw(dress(is_garment ? command.input : shared_file("sweater.glb"), fabric, page.inputs.front(),
+                       {.all_cloth = true, .embed = true}));
   return write_page("design", page, element_of(recipes));
 }
 

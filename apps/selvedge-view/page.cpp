@@ -34,7 +34,7 @@ void declare(Options& options, PageCommand& command) {
       .required()
       .word_count(1, 64)
       .reads();
-  options.output(command.output, "The page", {".html"}).required();
+  add_page_output(options, command);
   add_limits(options, command.limits);
   add_environment(options, command.environment, command.environment_options,
                   "With none a finger moves two lamps");
@@ -167,6 +167,11 @@ Result<int> run(const PageCommand& command) {
 
 }  // namespace
 
+void add_page_output(Options& options, PageCommand& command) {
+  options.output(command.output, "The page", {".html"}).required();
+  options.flag("--open", command.opens, "Opens it in the browser");
+}
+
 Result<int> write_page(const char* verb, const PageCommand& command, const std::string& elements) {
   std::string page = read_template(fmt::format("{}.html", verb));
   std::string scripts = environment_element(command) + elements;
@@ -196,7 +201,10 @@ Result<int> write_page(const char* verb, const PageCommand& command, const std::
           {"fabrics", static_cast<int>(command.inputs.size()) - garments},
           {"bytes", page.size()}},
          fmt::format("{} ({} bytes)\n", command.output, page.size()));
-  return 0;
+  if (!command.opens) return 0;
+  const Result<void> opened = open_in_browser(command.output);
+  if (!opened) report_error(opened.error());
+  return opened ? 0 : 1;
 }
 
 void add_page_verb(Program& program) {

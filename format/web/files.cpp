@@ -40,7 +40,8 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   if (size == host_folder) return fail(Code::file_unwritable, path, {}, "is a folder");
   if (size < 0 && size != host_missing)
     return fail(Code::file_unwritable, path, {}, "is a device or a pipe, not a plain file");
-  if (const int reason = host_refusal(path.data(), path.size()); reason != 0)
+  const bool is_temporary = path.starts_with(std::filesystem::temp_directory_path().native());
+  if (const int reason = is_temporary ? 0 : host_refusal(path.data(), path.size()); reason != 0)
     return fail(Code::file_unwritable, path, {}, std::strerror(reason));
   return AtomicFile(path, nullptr);
 }

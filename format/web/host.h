@@ -22,6 +22,10 @@ SELVEDGE_HOST(refusal) int host_refusal(const char* path, std::size_t count);
 SELVEDGE_HOST(stage)
 void host_stage(const char* path, std::size_t count, const std::uint8_t* bytes, std::size_t size);
 SELVEDGE_HOST(commit) void host_commit(const char* path, std::size_t count);
+/// Drops what was written into a folder.
+SELVEDGE_HOST(drop) void host_drop(const char* folder, std::size_t count);
+/// Has a file opened by the user's browser when the program has ended.
+SELVEDGE_HOST(open) void host_open(const char* path, std::size_t count);
 /// Writes the names in a folder, each with '\0' behind it, to host_input().
 SELVEDGE_HOST(list) void host_list(const char* path, std::size_t count);
 SELVEDGE_HOST(progress) void host_progress(const char* label, std::size_t count, double fraction);

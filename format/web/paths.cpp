@@ -105,6 +105,9 @@ uintmax_t file_size(const path& file, error_code& fault) {
   fault = make_error_code(errc::no_such_file_or_directory);
   return static_cast<uintmax_t>(-1);
 }
+void remove_all(const path& folder, error_code&) {
+  selvedge::host_drop(folder.native().data(), folder.native().size());
+}
 bool equivalent(const path& a, const path& b, error_code& fault) {
   return exists(a, fault) && exists(b, fault) && weakly_canonical(a, fault) == weakly_canonical(b, fault);
 }

@@ -34,22 +34,28 @@ const readme = readFileSync(join(options.cwd, 'node_modules/selvedge/README.md')
 const commands = [...readme.matchAll(/^npx (selvedge .*)$/gm)].map(([, command]) => command.split(' '));
 assert.ok(commands.length >= 4);
 writeFileSync(join(options.cwd, 'sweater.glb'), readFileSync(join(sources, 'samples/sweater.glb')));
-for (const words of commands) execFileSync('npx', ['--offline', ...words], options);
+// A browser, which keeps the page's name.
+writeFileSync(join(options.cwd, 'xdg-open'), '#!/bin/sh\necho "$1" >> opened.txt\n', { mode: 0o755 });
+const seen_by_browser = { ...options, env: { ...process.env, PATH: `${options.cwd}:${process.env.PATH}` } };
+for (const words of commands) execFileSync('npx', ['--offline', ...words], seen_by_browser);
+const opened = () => readFileSync(join(options.cwd, 'opened.txt'), 'utf8').split('\n').filter(Boolean);
+for (let i = 0; i < 100 && opened().length < 2; ++i) await new Promise((done) => setTimeout(done, 50));
+assert.deepEqual(opened(), ['dressed.html', 'design.html'].map((name) => join(options.cwd, name)));
 
 // Equal statuses, texts and files.
 const { run, make, dress, check, info, SelvedgeError } = await import(pathToFileURL(join(options.cwd, 'node_modules/selvedge/program/index.js')));
 process.chdir(options.cwd);
 async function both(words) {
-  const said = spawnSync(words[0] === 'page' ? `${native}-view` : native, words, { cwd: join(folder, 'native'), encoding: 'utf8' });
+  const said = spawnSync(/^(page|design)$/.test(words[0]) ? `${native}-view` : native, words, { cwd: join(folder, 'native'), encoding: 'utf8' });
   let stdout = '', stderr = '';
-  const status = await run(words, { ...node_host(), shared: join(options.cwd, 'node_modules/selvedge/program'), stdout: (text) => { stdout += text; }, stderr: (text) => { stderr += text; } });
+  const status = await run(words, { ...node_host(), shared: join(options.cwd, 'node_modules/selvedge/program'), open: () => false, stdout: (text) => { stdout += text; }, stderr: (text) => { stderr += text; } });
   return [[status, stdout, stderr], [said.status, said.stdout, said.stderr.replaceAll('selvedge-view:', 'selvedge:')]];
 }
 const read_both = (name) => ['package', 'native'].map((one) => readFileSync(join(folder, one, name)));
 async function compare(words, kept = []) {
   const [ours, theirs] = await both(words);
-  // The native program has `page` beside it.
-  if (words[0] === '--help') ours[1] = ours[1].replace(/^  page .*\n/m, '');
+  // The native program has `page` and `design` beside it.
+  if (words[0] === '--help') ours[1] = ours[1].replace(/^  (page|design) .*\n/gm, '');
   assert.deepEqual(ours, theirs, words.join(' '));
   for (const [a, b] of kept.map(read_both)) assert.ok(a.equals(b), words.join(' '));
 }
