@@ -6,7 +6,7 @@ const MODES = ['ATTRIBUTES', 'TRIANGLES', 'INDICES'], FILTERS = ['NONE', 'OCTAHE
 export const KEY = 32;
 const read_text = new TextDecoder(), write_text = new TextEncoder();
 
-/** The functions of format/web/host.h. `codecs`: { inflate(bytes), deflate(bytes, level), meshopt }. */
+/** The functions of format/web/host.h. `codecs`: { inflate(bytes), deflate(bytes, level), meshopt, draco }, the last a DracoDecoder. */
 function functions_of(host, codecs, state) {
   const bytes = (at, count) => new Uint8Array(state.memory.buffer, at, count), text = (at, count) => read_text.decode(bytes(at, count).slice());
   // Files as this run sees them: its own ones, and those that were read.
@@ -43,6 +43,23 @@ function functions_of(host, codecs, state) {
       bytes(out, elements.length).set(elements);
       return 0;
     }, 1),
+    unpack_draco: (from, size) => {
+      try {
+        if (!codecs.draco) throw new Error('this page has no decoder');
+        const { points, indices } = codecs.draco.decode(bytes(from, size).slice());
+        give(state, indices);
+        return points;
+      } catch ({ message }) {
+        give(state, message);
+        return -1;
+      }
+    },
+    draco_components: (id) => codecs.draco.components(id),
+    draco_values: (id, type) => {
+      const values = codecs.draco.values(id, type);
+      if (values) give(state, values);
+      return Boolean(values);
+    },
     // Of recipes alone (make.mjs).
     recall: (key) => {
       const shape = host.recall?.(bytes(key, KEY));
@@ -81,7 +98,8 @@ function wasi(host, state) {
 /** Gives the module bytes, or a text. */
 export function give(state, input) {
   const bytes = typeof input === 'string' ? write_text.encode(input) : input;
-  new Uint8Array(state.memory.buffer, state.input(bytes.length), bytes.length).set(bytes);
+  const at = state.input(bytes.length);  // which may move the memory
+  new Uint8Array(state.memory.buffer, at, bytes.length).set(bytes);
 }
 
 /** A module's instance: its exports, and the files that it has `written`. */

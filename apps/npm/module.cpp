@@ -10,9 +10,6 @@
 #include "fitter/refit_to_pairs.h"
 #include "format/base/guard.h"
 #include "format/base/progress.h"
-#include "format/gltf/access.h"
-#include "format/gltf/draco.h"
-#include "format/gltf/names.h"
 #include "format/web/host.h"
 
 namespace selvedge {
@@ -40,23 +37,13 @@ Result<void> open_in_browser(const std::string& page) {
   return {};
 }
 
-// In place of sources with OpenMesh, Ceres, Draco and Embree.
+// In place of sources with OpenMesh, Ceres and Embree.
 Charts cut_into_charts(const std::vector<V3d>&, const std::vector<std::uint32_t>&, const V3d&, double&) {
   refuse("needs new texture coordinates (--unwrap never keeps its own)");
 }
 void refit_to_pairs(Fabric&, const PairSamples& measured, int, const FitOptions&) {
   if (!measured.pairs.empty()) refuse("needs a fit to pairs (Ceres)");
 }
-void expand_draco(GltfDocument& document) {
-  for (const Json& name : array_member(document.json, "extensionsUsed"))
-    if (name == names::gltf::draco)
-      throw Failure{{Code::gltf_unsupported,
-                     document.file,
-                     {},
-                     "is compressed by Draco, which the native program alone reads"}};
-}
-void repack_draco(GltfDocument&) {}
-
 Result<RayScene> RayScene::create(const CellMesh&, const std::string& name) {
   return fail(Code::option_out_of_range, name, {},
               "needs rays on a mesh (Embree), which the native program alone has");

@@ -1,23 +1,30 @@
 // The program of this package, one instance for each run.
 import { codecs } from './codecs.js';
+import { DracoDecoder } from './draco.js';
 import { run_module } from './host.js';
 
-/** The module of this package, compiled once. */
+const is_file = import.meta.url.startsWith('file:');
+const { readFileSync } = is_file ? await import('node:fs') : {};
+/** A file beside this one, at once. */
+function file_beside(name) {
+  const address = new URL(name, import.meta.url);
+  if (is_file) return readFileSync(address);
+  const request = new XMLHttpRequest();
+  request.open('GET', address, false);
+  request.responseType = 'arraybuffer';
+  request.send();
+  return request.response;
+}
 let compiled;
-const module_of = async () => {
-  const address = new URL('./selvedge.wasm', import.meta.url);
-  if (address.protocol !== 'file:') return WebAssembly.compile(await (await fetch(address)).arrayBuffer());
-  const { readFile } = await import('node:fs/promises');
-  return WebAssembly.compile(await readFile(address));
-};
+const all_codecs = { ...codecs, draco: new DracoDecoder(() => file_beside('draco_decoder.wasm')) };
 
 /**
  * Runs the program with the words behind its name, as `['make', 'twill', '-o', 't.fabric.exr']`; resolves to its exit
- * status: 0 good, 1 bad input, 2 usage. `host` (index.d.ts): files, and what is told. Files are written when the program has
- * ended by itself, each once.
+ * status: 0 good, 1 bad input or a failed check, 2 usage. `host` (index.d.ts): files, and what is told. Files are written when the
+ * program has ended by itself, each once.
  */
 export async function run(argv, host) {
-  const module = await (compiled ??= module_of());
+  const module = await (compiled ??= WebAssembly.compile(file_beside('selvedge.wasm')));
   await codecs.meshopt.ready;
-  return run_module(module, argv, host, codecs);
+  return run_module(module, argv, host, all_codecs);
 }

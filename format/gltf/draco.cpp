@@ -1,21 +1,16 @@
 #include "format/gltf/draco.h"
 
-#include <draco/compression/decode.h>
-#include <draco/compression/expert_encode.h>
-#include <draco/compression/point_cloud/point_cloud_decoder.h>
-#include <draco/core/varint_decoding.h>
-#include <draco/metadata/metadata_decoder.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <exception>
 #include <map>
 #include <memory>
 #include <set>
 
+#include "format/gltf/draco_stream.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/geometry.h"
 #include "format/gltf/names.h"
@@ -24,38 +19,9 @@
 namespace selvedge {
 namespace {
 
-draco::DecoderBuffer buffer_of(std::span<const std::uint8_t> bytes) {
-  draco::DecoderBuffer buffer;
-  buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return buffer;
-}
-
 /// Limits far beyond real meshes, which take a bit or two for each face and little more.
 constexpr std::size_t free_elements = std::size_t{1} << 16;
 constexpr std::size_t elements_per_byte = 64;
-
-template <class T>
-bool copy_values(const draco::Mesh& mesh, const draco::PointAttribute& attribute, std::uint8_t* out) {
-  const std::size_t components = static_cast<std::size_t>(attribute.num_components());
-  std::vector<T> value(components);
-  for (std::uint32_t p = 0; p < mesh.num_points(); ++p) {
-    if (!attribute.ConvertValue<T>(attribute.mapped_index(draco::PointIndex(p)),
-                                   static_cast<std::int8_t>(components), value.data())) {
-      return false;
-    }
-    std::memcpy(out + p * components * sizeof(T), value.data(), components * sizeof(T));
-  }
-  return true;
-}
-
-bool copy_values(const draco::Mesh& mesh, const draco::PointAttribute& attribute, int component_type,
-                 std::uint8_t* out) {
-  constexpr std::array<bool (*)(const draco::Mesh&, const draco::PointAttribute&, std::uint8_t*), 7> copies{
-      copy_values<std::int8_t>,   copy_values<std::uint8_t>, copy_values<std::int16_t>,
-      copy_values<std::uint16_t>, copy_values<float>,        copy_values<std::uint32_t>,
-      copy_values<float>};
-  return copies.at(component_type - 5120)(mesh, attribute, out);
-}
 
 /// Quantisation leaves normals, tangents and weights that plain glTF does not allow.
 void make_valid(const std::string& semantic, std::vector<float>& values, std::size_t components) {
@@ -74,19 +40,57 @@ void make_valid(const std::string& semantic, std::vector<float>& values, std::si
 
 /// The decoded elements of an attribute, and in `accessor` their number and bounds; nothing if a value does
 /// not fit.
-std::optional<Bytes> take_values(const draco::Mesh& mesh, const draco::PointAttribute& attribute,
-                                 const std::string& semantic, const AccessorShape& shape, Json& accessor) {
-  Bytes elements(mesh.num_points() * shape.element_size());
-  if (!copy_values(mesh, attribute, shape.component_type, elements.data())) return std::nullopt;
-  std::vector<float> values = to_floats(elements, shape.component_type, false);
+std::optional<Bytes> take_values(const DracoMesh& mesh, int id, const std::string& semantic,
+                                 const AccessorShape& shape, Json& accessor) {
+  std::optional<Bytes> elements = mesh.values(id, shape.component_type);
+  if (!elements) return std::nullopt;
+  std::vector<float> values = to_floats(*elements, shape.component_type, false);
   if (shape.component_type == 5126) {
     make_valid(semantic, values, static_cast<std::size_t>(shape.components));
-    std::memcpy(elements.data(), values.data(), elements.size());
+    std::memcpy(elements->data(), values.data(), elements->size());
   }
   if (accessor.contains("min") || accessor.contains("max")) set_bounds(accessor, values, shape.components);
-  accessor["count"] = mesh.num_points();
+  accessor["count"] = mesh.points();
   return elements;
 }
+
+/// The header of a stream; what lies behind the end is 0.
+struct StreamReader {
+  std::span<const std::uint8_t> bytes;
+  bool is_good = true;
+
+  void skip(std::uint64_t count) {
+    is_good = is_good && count <= bytes.size();
+    bytes = is_good ? bytes.subspan(static_cast<std::size_t>(count)) : std::span<const std::uint8_t>();
+  }
+  std::uint64_t number(std::size_t size) {
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < std::min(size, bytes.size()); ++i) value |= std::uint64_t{bytes[i]} << 8 * i;
+    skip(size);
+    return value;
+  }
+  std::uint64_t packed() {
+    std::uint64_t value = 0;
+    for (unsigned shift = 0; shift < 64; shift += 7) {
+      const std::uint64_t part = number(1);
+      value |= (part & 0x7F) << shift;
+      if (part < 0x80) return value;
+    }
+    is_good = false;
+    return 0;
+  }
+  /// Entries, and parts that have a name and their own, one after the other.
+  void skip_metadata() {
+    for (std::uint64_t parts = 1; parts > 0 && is_good; --parts) {
+      for (std::uint64_t entries = packed(); entries > 0 && is_good; --entries) {
+        skip(number(1));
+        skip(packed());
+      }
+      parts += packed();
+      if (parts > 1) skip(number(1));
+    }
+  }
+};
 
 class Expander {
  public:
@@ -117,22 +121,22 @@ class Expander {
     const Json& extension = member(member(primitive, "extensions"), names::gltf::draco);
     const std::string where = place + "/extensions/" + names::gltf::draco;
     const int view = index_of(member(extension, "bufferView"));
-    const std::unique_ptr<draco::Mesh> mesh = decode(view, where);
+    const DracoMesh mesh = decode(view, where);
     const Json& attributes = member(extension, "attributes");
     if (!attributes.is_object()) reader_.fail(Code::gltf_malformed, where, "no attributes");
     for (const auto& [semantic, id] : attributes.items()) {
       int accessor = index_of(member(member(primitive, "attributes"), semantic.c_str()));
       const std::string attribute = where + "/attributes/" + semantic;
       if (is_fresh(accessor, view, attribute))
-        expand_attribute(*mesh, view, semantic, index_of(id), accessor, attribute);
+        expand_attribute(mesh, view, semantic, index_of(id), accessor, attribute);
       primitive["attributes"][semantic] = accessor;
     }
     int indices = index_of(member(primitive, "indices"));
-    if (is_fresh(indices, view, place)) expand_indices(*mesh, view, indices, place + "/indices");
+    if (is_fresh(indices, view, place)) expand_indices(mesh, view, indices, place + "/indices");
     primitive["indices"] = indices;
   }
 
-  std::unique_ptr<draco::Mesh> decode(int view, const std::string& place) {
+  DracoMesh decode(int view, const std::string& place) {
     const std::span<const std::uint8_t> bytes = reader_.view_bytes(view, place);
     const std::optional<DracoCounts> counts = draco_counts(bytes);
     if (!counts) reader_.fail(Code::file_damaged, place, "Draco: no mesh, or its header is damaged");
@@ -142,17 +146,11 @@ class Expander {
                    fmt::format("Draco: {} faces and {} points of {} bytes", counts->faces, counts->points,
                                bytes.size()));
     }
-    try {
-      draco::DecoderBuffer buffer = buffer_of(bytes);
-      auto mesh = draco::Decoder().DecodeMeshFromBuffer(&buffer);
-      if (!mesh.ok())
-        reader_.fail(Code::file_damaged, place, fmt::format("Draco: {}", mesh.status().error_msg_string()));
-      if (mesh.value()->num_points() == 0 || mesh.value()->num_faces() == 0)
-        reader_.fail(Code::gltf_malformed, place, "Draco: a mesh without triangles");
-      return std::move(mesh).value();
-    } catch (const std::exception& error) {
-      reader_.fail(Code::file_damaged, place, fmt::format("Draco: {}", error.what()));
-    }
+    Result<DracoMesh> mesh = DracoMesh::decode(bytes);
+    if (!mesh) reader_.fail(Code::file_damaged, place, "Draco: " + mesh.error().message);
+    if (mesh->points() == 0 || mesh->indices().empty())
+      reader_.fail(Code::gltf_malformed, place, "Draco: a mesh without triangles");
+    return std::move(*mesh);
   }
 
   /// Whether the accessor still has to be filled from `view`. Primitives may share accessors and views; the
@@ -168,21 +166,19 @@ class Expander {
   }
 
   /// The primitive's attribute `semantic`: a new view behind its accessor.
-  void expand_attribute(const draco::Mesh& mesh, int view, const std::string& semantic, int id, int accessor,
+  void expand_attribute(const DracoMesh& mesh, int view, const std::string& semantic, int id, int accessor,
                         const std::string& place) {
     AccessorShape shape = reader_.accessor_shape(accessor, place);
-    const draco::PointAttribute* attribute =
-        id < 0 ? nullptr : mesh.GetAttributeByUniqueId(static_cast<std::uint32_t>(id));
-    if (attribute == nullptr || attribute->num_components() != shape.components) {
+    if (mesh.components(id) != shape.components) {
       reader_.fail(Code::gltf_malformed, place,
                    fmt::format("Draco attribute {} is missing or has the wrong number of components", id));
     }
     // Draco would read arbitrary bytes as bool; glTF has no booleans.
-    if (attribute->data_type() == draco::DT_BOOL)
+    if (mesh.is_boolean(id))
       reader_.fail(Code::gltf_malformed, place, fmt::format("Draco attribute {} is boolean", id));
-    shape.count = mesh.num_points();
+    shape.count = mesh.points();
     Json json = document_.json["accessors"][accessor];
-    const std::optional<Bytes> elements = take_values(mesh, *attribute, semantic, shape, json);
+    const std::optional<Bytes> elements = take_values(mesh, id, semantic, shape, json);
     if (!elements) reader_.fail(Code::file_damaged, place, "a Draco value does not fit into its accessor");
     json.erase("byteOffset");
     json["bufferView"] = append_attribute_view(document_, shape, *elements);
@@ -199,14 +195,10 @@ class Expander {
                                                                             id};
   }
 
-  void expand_indices(const draco::Mesh& mesh, int view, int accessor, const std::string& place) {
+  void expand_indices(const DracoMesh& mesh, int view, int accessor, const std::string& place) {
     Json former = reader_.entry("accessors", accessor, place);
-    std::vector<std::uint32_t> indices;
-    indices.reserve(std::size_t{mesh.num_faces()} * 3);
-    for (std::uint32_t f = 0; f < mesh.num_faces(); ++f) {
-      for (const draco::PointIndex& point : mesh.face(draco::FaceIndex(f))) indices.push_back(point.value());
-    }
-    if (*std::ranges::max_element(indices) >= mesh.num_points())
+    const std::vector<std::uint32_t>& indices = mesh.indices();
+    if (*std::ranges::max_element(indices) >= mesh.points())
       reader_.fail(Code::file_damaged, place, "a Draco face refers to a point that is not there");
     append_index_accessor(document_, indices);
     // The primitive keeps the number of its accessor, which gets the new data.
@@ -265,14 +257,6 @@ int bits_of(const std::string& semantic, std::span<const float> values) {
   if (semantic == "POSITION") return 14;
   if (semantic == "NORMAL" || semantic.starts_with("COLOR_")) return 10;
   return semantic == "TANGENT" || semantic.starts_with("WEIGHTS_") ? 12 : 0;
-}
-
-draco::GeometryAttribute::Type type_of(const std::string& semantic) {
-  if (semantic == "POSITION") return draco::GeometryAttribute::POSITION;
-  if (semantic == "NORMAL") return draco::GeometryAttribute::NORMAL;
-  if (semantic.starts_with("COLOR_")) return draco::GeometryAttribute::COLOR;
-  if (semantic.starts_with("TEXCOORD_")) return draco::GeometryAttribute::TEX_COORD;
-  return draco::GeometryAttribute::GENERIC;
 }
 
 class Packer {
@@ -385,62 +369,26 @@ class Packer {
   bool encode(Json& primitive, const std::string& place) {
     const Json attributes = member(primitive, "attributes");
     const std::size_t count = reader_.accessor_shape(index_of(member(attributes, "POSITION")), place).count;
-    draco::Mesh mesh;
-    mesh.set_num_points(static_cast<std::uint32_t>(count));
-    std::map<int, int> bits;
+    std::vector<DracoAttribute> streamed;
     for (const auto& [semantic, accessor] : attributes.items()) {
       const AccessorShape shape = reader_.accessor_shape(index_of(accessor), place);
       if (shape.count != count) return false;
-      const Bytes elements = reader_.elements(index_of(accessor), place);
-      const int id = add(mesh, semantic, shape, elements);
+      DracoAttribute& attribute =
+          streamed.emplace_back(semantic, shape, reader_.elements(index_of(accessor), place));
       if (shape.component_type == 5126)
-        bits[id] = bits_of(semantic, to_floats(elements, shape.component_type, false));
+        attribute.bits = bits_of(semantic, to_floats(attribute.elements, shape.component_type, false));
     }
-    const std::vector<std::uint32_t> triangles = read_triangles(reader_, primitive, place, count);
-    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
-      mesh.AddFace({draco::PointIndex(triangles[t]), draco::PointIndex(triangles[t + 1]),
-                    draco::PointIndex(triangles[t + 2])});
-    }
-    const bool ordered = primitive.contains("targets");  // which are no part of the stream
-    if (!ordered) {
-      mesh.DeduplicateAttributeValues();
-      mesh.DeduplicatePointIds();
-    }
-    draco::ExpertEncoder encoder(mesh);
-    encoder.SetEncodingMethod(ordered ? draco::MESH_SEQUENTIAL_ENCODING : draco::MESH_EDGEBREAKER_ENCODING);
-    for (const auto& [id, number] : bits)
-      if (number > 0) encoder.SetAttributeQuantization(id, number);
-    draco::EncoderBuffer buffer;
-    if (!encoder.EncodeToBuffer(&buffer).ok()) return false;
-    const std::span<const std::uint8_t> stream(reinterpret_cast<const std::uint8_t*>(buffer.data()),
-                                               buffer.size());
-    draco::DecoderBuffer input = buffer_of(stream);
-    const auto decoded = draco::Decoder().DecodeMeshFromBuffer(&input);
-    if (!decoded.ok()) return false;
-    name(primitive, *decoded.value(), stream);
+    const bool is_ordered = primitive.contains("targets");  // which are no part of the stream
+    const std::optional<Bytes> stream =
+        encode_draco(streamed, read_triangles(reader_, primitive, place, count), is_ordered);
+    const Result<DracoMesh> decoded = DracoMesh::decode(stream.value_or(Bytes()));
+    if (!decoded) return false;
+    name(primitive, *decoded, *stream);
     return true;
   }
 
-  static int add(draco::Mesh& mesh, const std::string& semantic, const AccessorShape& shape,
-                 const Bytes& elements) {
-    constexpr std::array<draco::DataType, 7> types{draco::DT_INT8,   draco::DT_UINT8,   draco::DT_INT16,
-                                                   draco::DT_UINT16, draco::DT_INVALID, draco::DT_UINT32,
-                                                   draco::DT_FLOAT32};
-    const std::size_t size = shape.element_size();
-    draco::GeometryAttribute description;
-    description.Init(type_of(semantic), nullptr, static_cast<std::int8_t>(shape.components),
-                     types.at(shape.component_type - 5120), shape.normalized, static_cast<std::int64_t>(size),
-                     0);
-    const int id = mesh.AddAttribute(description, true, static_cast<std::uint32_t>(shape.count));
-    for (std::size_t i = 0; i < shape.count; ++i) {
-      mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(static_cast<std::uint32_t>(i)),
-                                            elements.data() + i * size);
-    }
-    return id;
-  }
-
   /// Gives a primitive its stream and accessors without bytes.
-  void name(Json& primitive, const draco::Mesh& mesh, std::span<const std::uint8_t> stream) {
+  void name(Json& primitive, const DracoMesh& mesh, std::span<const std::uint8_t> stream) {
     Json& accessors = document_.json["accessors"];
     Json ids = Json::object();
     int id = 0;
@@ -448,13 +396,12 @@ class Packer {
       const AccessorShape shape = reader_.accessor_shape(index_of(number), "");
       Json accessor = accessors[index_of(number)];
       for (const char* key : {"bufferView", "byteOffset", "sparse"}) accessor.erase(key);
-      take_values(mesh, *mesh.GetAttributeByUniqueId(static_cast<std::uint32_t>(id)), semantic, shape,
-                  accessor);
+      take_values(mesh, id, semantic, shape, accessor);
       ids[semantic] = id++;
       number = append(accessors, std::move(accessor));
     }
-    primitive["indices"] = append(accessors, {{"componentType", mesh.num_points() < 65536 ? 5123 : 5125},
-                                              {"count", std::size_t{mesh.num_faces()} * 3},
+    primitive["indices"] = append(accessors, {{"componentType", mesh.points() < 65536 ? 5123 : 5125},
+                                              {"count", mesh.indices().size()},
                                               {"type", "SCALAR"}});
     primitive.erase("mode");
     primitive["extensions"][names::gltf::draco] = {{"bufferView", append_view(document_, stream)},
@@ -474,31 +421,31 @@ class Packer {
 }  // namespace
 
 std::optional<DracoCounts> draco_counts(std::span<const std::uint8_t> bytes) {
-  draco::DecoderBuffer buffer = buffer_of(bytes);
-  draco::DracoHeader header{};
-  if (!draco::PointCloudDecoder::DecodeHeader(&buffer, &header).ok()) return std::nullopt;
-  if (header.encoder_type != draco::TRIANGULAR_MESH || header.encoder_method > 1) return std::nullopt;
-  const int version = header.version_major * 256 + header.version_minor;
-  draco::GeometryMetadata metadata;
-  if (version >= 0x103 && (header.flags & METADATA_FLAG_MASK) != 0 &&
-      !draco::MetadataDecoder().DecodeGeometryMetadata(&buffer, &metadata)) {
-    return std::nullopt;
+  StreamReader in{bytes};
+  constexpr std::string_view magic = "DRACO";
+  for (const char c : magic)
+    if (in.number(1) != static_cast<std::uint8_t>(c)) return std::nullopt;
+  const std::uint64_t major = in.number(1);
+  const std::uint64_t version = major * 256 + in.number(1);
+  const std::uint64_t kind = in.number(1);
+  const std::uint64_t method = in.number(1);
+  const std::uint64_t flags = in.number(2);
+  if (kind != 1 || method > 1) return std::nullopt;  // no mesh
+  if (version >= 0x103 && (flags & 0x8000) != 0) {
+    for (std::uint64_t attributes = in.packed(); attributes > 0 && in.is_good; --attributes) {
+      in.packed();
+      in.skip_metadata();
+    }
+    in.skip_metadata();
   }
-  const bool edgebreaker = header.encoder_method == draco::MESH_EDGEBREAKER_ENCODING;
+  const bool edgebreaker = method == 1;
   const bool packed = version >= (edgebreaker ? 0x200 : 0x202);
-  bool good = true;
-  const auto count = [&] {
-    std::uint64_t value = 0;
-    std::uint32_t fixed = 0;
-    good = good && (packed ? draco::DecodeVarint(&value, &buffer) : buffer.Decode(&fixed));
-    return packed ? value : fixed;
-  };
-  std::uint8_t traversal = 0;
-  if (edgebreaker) good = buffer.Decode(&traversal);
+  const auto count = [&] { return packed ? in.packed() : in.number(4); };
+  if (edgebreaker) in.number(1);                // how it is traversed
   if (edgebreaker && version < 0x202) count();  // vertices that splits add
   const std::uint64_t first = count();
   const std::uint64_t second = count();
-  if (!good) return std::nullopt;
+  if (!in.is_good) return std::nullopt;
   return edgebreaker ? DracoCounts{second, first} : DracoCounts{first, second};
 }
 

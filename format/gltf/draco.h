@@ -1,5 +1,4 @@
-// Draco: compressed primitives become plain ones, and compressed again (draco.cpp is the only file that
-// includes Draco).
+// Draco: compressed primitives become plain ones, and compressed again.
 #pragma once
 
 #include <cstdint>

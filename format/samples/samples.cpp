@@ -221,7 +221,7 @@ Result<YarnData> read_yarns(ExrReader& reader, const SamplesHeader& h) {
   return yarns;
 }
 
-Result<SamplesHeader> read_header(const ExrReader& reader) {
+Result<SamplesHeader> read_samples_header(const ExrReader& reader) {
   const auto& attributes = reader.parts().front().attributes;
   const auto found = attributes.find(names::attribute_samples);
   const auto* text = found == attributes.end() ? nullptr : &found->second;
@@ -277,7 +277,7 @@ Result<Samples> read(ExrReader reader, std::uint64_t memory) {
       return tl::unexpected<Error>(memory_limit_error(reader.path(), part.name, "its values", memory));
   }
   Samples samples;
-  samples.header = value_or_throw(read_header(reader));
+  samples.header = value_or_throw(read_samples_header(reader));
   read_views(reader, samples);
   for (const PairKind kind : all_pair_kinds)
     samples.pairs[index_of(kind)] = read_pairs(reader, samples.header, kind);
@@ -461,7 +461,7 @@ Result<Samples> read_samples(std::span<const std::uint8_t> bytes, const std::str
 }
 
 Result<SamplesHeader> read_samples_header(const std::string& path) {
-  return ExrReader::open(path).and_then(read_header);
+  return ExrReader::open(path).and_then([](const ExrReader& file) { return read_samples_header(file); });
 }
 
 }  // namespace selvedge

@@ -40,6 +40,14 @@ SELVEDGE_HOST(unpack_meshopt)
 int host_unpack_meshopt(int mode, int filter, std::size_t count, std::size_t stride,
                         const std::uint8_t* bytes, std::size_t size, void* out);
 
+/// Decodes a mesh of Draco, the one that the others are about: its points, and in host_input() three indices
+/// a face; or -1, and there Draco's message.
+SELVEDGE_HOST(unpack_draco) double host_unpack_draco(const std::uint8_t* bytes, std::size_t count);
+/// Components of an attribute, below 0 of booleans; 0: there is no such attribute.
+SELVEDGE_HOST(draco_components) int host_draco_components(int id);
+/// Writes the values of all points to host_input(); false if one does not fit.
+SELVEDGE_HOST(draco_values) bool host_draco_values(int id, int component_type);
+
 /// Bytes from the host, which asks for room by the exported function `input`.
 std::string& host_input();
 

@@ -118,7 +118,7 @@ for (const [input, name] of [['twill', 'twill'], [chart, 'moss'], [draft, 'popli
 writeFileSync(join(folder, 'package/twill.fabric.exr'), readFileSync(join(folder, 'native/twill.fabric.exr')));
 await compare(['make', 'twill', '-o', 'nowhere/twill.fabric.exr']);
 await compare(['info', 'twill.fabric.exr', '--json']);
-for (const garment of [join(sources, 'samples/sweater.glb'), join(sources, 'tests/data/encodings/scarf_plain.glb'), join(sources, 'tests/data/encodings/scarf_meshopt_high.glb'), bad, 'missing.glb']) {
+for (const garment of [join(sources, 'samples/sweater.glb'), join(sources, 'tests/data/encodings/scarf_plain.glb'), ...['meshopt_high', 'draco_edgebreaker', 'draco_sequential'].map((name) => join(sources, `tests/data/encodings/scarf_${name}.glb`)), bad, 'missing.glb']) {
   const is_good = garment.includes('/'), files = is_good ? ['dressed.glb'] : [];
   await compare(['dress', garment, 'twill.fabric.exr', '-o', 'dressed.glb', '--all', '--variant', 'Red=#aa2211'], files);
   await compare(['dress', garment, 'twill.fabric.exr', '-o', 'beside.gltf', '--all', '--usda', 'cloth.usda', '--json'], is_good ? ['beside.gltf', 'cloth.usda'] : []);
