@@ -138,7 +138,7 @@ export function run_module(module, argv, host, codecs) {
     // Errors of the host's functions end the run; a trap of the module is told.
     const is_trap = error instanceof WebAssembly.RuntimeError || error instanceof RangeError;
     if (!is_trap && !error.code) throw error;
-    host.stderr?.(`selvedge: ${is_trap ? 'ended in the middle, with nothing written' : 'cannot write'}: ${error.message}\n`);
+    host.stderr?.(`selvedge: ${is_trap ? 'ended in the middle, with nothing written; the next run starts anew' : 'cannot write'}: ${error.message}\n`);
     return 1;
   }
 }

@@ -30,8 +30,18 @@ Result<std::vector<Image>> read(const char* format, std::span<const std::uint8_t
   const int count = static_cast<int>(bytes.size());
   StoredSize size{};
   int channels = 0;
+  // As libpng says it, and the module.
+  const auto refuse_damage = [&] {
+    const bool ends =
+        std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()).find("IEND") !=
+        std::string_view::npos;
+    const bool fills_memory = stbi_failure_reason() == std::string_view("outofmem");
+    return refuse(is_png && !ends          ? "Read error: hit end of file"
+                  : is_png && fills_memory ? "holds more than its pixels"
+                                           : "cannot be decoded");
+  };
   if (stbi_info_from_memory(bytes.data(), count, &size.width, &size.height, &channels) == 0)
-    return refuse("cannot be decoded");
+    return refuse_damage();
   const std::string text = fmt::format("{} x {} pixels of {} channels", size.width, size.height, channels);
   const std::int64_t pixels = std::int64_t{size.width} * size.height;
   if (size.width > limits.side || size.height > limits.side || pixels * channels > limits.pixels * 4)
@@ -53,7 +63,7 @@ Result<std::vector<Image>> read(const char* format, std::span<const std::uint8_t
         decode(bytes.data(), count, &size.width, &size.height, &channels, 0), stbi_image_free);
   };
   const auto stored = is_wide ? load(stbi_load_16_from_memory) : load(stbi_load_from_memory);
-  if (!stored) return refuse("cannot be decoded");
+  if (!stored) return refuse_damage();
   const float step = 1.0F / (is_wide ? 65535.0F : 255.0F);
   Decoder decoder(is_wide ? 16 : 8);
   std::vector<float> line(std::size_t{4} * size.width);

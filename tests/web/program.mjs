@@ -1,26 +1,27 @@
 // The program of the npm package, installed from its tarball into an empty folder, does what the native one does.
 //
-//   node program.mjs PACKAGE_FOLDER PROGRAMS_FOLDER OUTPUT_FOLDER
+//   node program.mjs PACKAGE_FOLDER PROGRAMS_FOLDER OUTPUT_FOLDER [KIT_OR_GARMENTS...]
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
-import { existsSync, mkdirSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } from 'node:fs';
-import { dirname, join, resolve } from 'node:path';
+import { existsSync, mkdirSync, readFileSync, readdirSync, rmSync, statSync, symlinkSync, writeFileSync } from 'node:fs';
+import { dirname, join, resolve, win32 } from 'node:path';
 import { fileURLToPath, pathToFileURL } from 'node:url';
-import { node_host, plain_word } from '../../apps/npm/node.js';
+import { node_host, opener, plain_word } from '../../apps/npm/node.js';
 import { evaluate_texel } from '../../spec/conformance/reference/brdf.mjs';
 import { in_sight, seen_from } from '../../spec/conformance/reference/sides.mjs';
 import { open_fabric } from '../../viewer/web/reader/index.js';
+import { MODULES, in_browser } from './browser.mjs';
 
-const [package_folder, programs, folder] = process.argv.slice(2).map((path) => resolve(path));
+const [package_folder, programs, folder, ...strangers] = process.argv.slice(2).map((path) => resolve(path));
 if (!existsSync(join(package_folder, 'program'))) process.exit(77);
 const sources = join(dirname(fileURLToPath(import.meta.url)), '../..'), native = join(programs, 'selvedge');
 rmSync(folder, { recursive: true, force: true });
-for (const name of ['native', 'package']) mkdirSync(join(folder, name), { recursive: true });
+for (const name of ['native', 'ours', 'package']) mkdirSync(join(folder, name), { recursive: true });
 const options = { cwd: join(folder, 'package'), encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] };
 execFileSync('npm', ['pack', '--silent', package_folder], options);
 const [tarball] = readdirSync(options.cwd);
 assert.ok(statSync(join(options.cwd, tarball)).size <= 3e6);
-writeFileSync(join(options.cwd, 'package.json'), '{}');
+writeFileSync(join(options.cwd, 'package.json'), '{"type": "module"}');
 execFileSync('npm', ['install', '--offline', '--ignore-scripts', '--no-audit', '--no-fund', tarball], options);
 
 /** Numbers in [0, 1), the same ones in every run. */
@@ -44,20 +45,31 @@ assert.deepEqual(opened(), ['dressed.html', 'design.html'].map((name) => join(op
 
 // Equal statuses, texts and files.
 const { run, make, dress, check, info, SelvedgeError } = await import(pathToFileURL(join(options.cwd, 'node_modules/selvedge/program/index.js')));
-process.chdir(options.cwd);
+process.chdir(join(folder, 'ours'));
 async function both(words) {
   const said = spawnSync(/^(page|design)$/.test(words[0]) ? `${native}-view` : native, words, { cwd: join(folder, 'native'), encoding: 'utf8' });
   let stdout = '', stderr = '';
   const status = await run(words, { ...node_host(), shared: join(options.cwd, 'node_modules/selvedge/program'), open: () => false, stdout: (text) => { stdout += text; }, stderr: (text) => { stderr += text; } });
   return [[status, stdout, stderr], [said.status, said.stdout, said.stderr.replaceAll('selvedge-view:', 'selvedge:')]];
 }
-const read_both = (name) => ['package', 'native'].map((one) => readFileSync(join(folder, one, name)));
-async function compare(words, kept = []) {
-  const [ours, theirs] = await both(words);
+const read_both = (name) => ['ours', 'native'].map((one) => readFileSync(join(folder, one, name)));
+const numbers = { compared: 0, native_alone: 0 };
+/** Compares what is told, the exit status, and the files that are left. */
+async function compare(words) {
+  const [ours, theirs] = await both(words), place = words.join(' ');
+  if (/native program alone/.test(ours[1] + ours[2])) {
+    assert.equal(ours[0], 1);
+    assert.match(ours[1] || ours[2], words.includes('--json') ? /"error"/ : /^selvedge: .*\n$/);
+    for (const name of readdirSync(join(folder, 'native'))) if (!existsSync(join(folder, 'ours', name))) rmSync(join(folder, 'native', name));
+    return ++numbers.native_alone;
+  }
   // The native program has `page` and `design` beside it.
   if (words[0] === '--help') ours[1] = ours[1].replace(/^  (page|design) .*\n/gm, '');
-  assert.deepEqual(ours, theirs, words.join(' '));
-  for (const [a, b] of kept.map(read_both)) assert.ok(a.equals(b), words.join(' '));
+  assert.deepEqual(ours, theirs, place);
+  assert.deepEqual(readdirSync('.'), readdirSync(join(folder, 'native')), place);
+  const names = words.filter((word) => /\.(glb|gltf|usda|json|ply|html)$/.test(word) && !word.includes('/') && existsSync(word));
+  for (const [i, [a, b]] of names.map(read_both).entries()) assert.ok(a.equals(b), `${place}: ${names[i]}`);
+  ++numbers.compared;
 }
 
 /**
@@ -101,10 +113,12 @@ async function least_psnr(files) {
 }
 
 const chart = join(sources, 'samples/charts/moss.txt'), draft = join(sources, 'samples/drafts/poplin.wif'), bad = 'bad ä.glb';
-for (const place of ['native', 'package']) writeFileSync(join(folder, place, bad), '{"asset": 3');
-for (const words of [['--help'], ['--version'], ['nothing'], ['make', '--bad'], ...['make', 'dress', 'check', 'info', 'stitch'].map((verb) => [verb, '--help'])]) await compare(words);
-await compare(['stitch', chart, '-o', 'moss.json', '--json'], ['moss.json']);
-await compare(['stitch', 'twill', '-o', 'twill.ply'], ['twill.ply']);
+for (const place of ['native', 'ours']) writeFileSync(join(folder, place, bad), '{"asset": 3');
+const verbs = ['make', 'dress', 'check', 'info', 'stitch', 'import', 'bake', 'fit', 'plan', 'export', 'evaluate', 'compare', 'truth'];
+for (const words of [['--help'], ['--version'], ['nothing'], ['make', '--bad'], ...verbs.map((verb) => [verb, '--help'])]) await compare(words);
+for (const kind of ['charts', 'drafts'])
+  for (const name of readdirSync(join(sources, 'samples', kind))) await compare(['stitch', join(sources, 'samples', kind, name), '-o', `${name}.json`, '--json']);
+await compare(['stitch', 'twill', '-o', 'twill.ply']);
 await compare(['stitch', 'nothing', '--json']);
 for (const [input, name] of [['twill', 'twill'], [chart, 'moss'], [draft, 'poplin'], ['plain-knit', 'knit']]) {
   const path = `${name}.fabric.exr`, [ours, theirs] = await both(['make', input, '-o', path, '--quality', 'draft', '--json']);
@@ -115,17 +129,32 @@ for (const [input, name] of [['twill', 'twill'], [chart, 'moss'], [draft, 'popli
   console.log(`${name}: ${psnr.toFixed(1)} dB`);
   assert.ok(psnr >= 60, `${name}: ${psnr} dB`);
 }
-writeFileSync(join(folder, 'package/twill.fabric.exr'), readFileSync(join(folder, 'native/twill.fabric.exr')));
+writeFileSync('twill.fabric.exr', readFileSync(join(folder, 'native/twill.fabric.exr')));
 await compare(['make', 'twill', '-o', 'nowhere/twill.fabric.exr']);
 await compare(['info', 'twill.fabric.exr', '--json']);
-for (const garment of [join(sources, 'samples/sweater.glb'), join(sources, 'tests/data/encodings/scarf_plain.glb'), ...['meshopt_high', 'draco_edgebreaker', 'draco_sequential'].map((name) => join(sources, `tests/data/encodings/scarf_${name}.glb`)), bad, 'missing.glb']) {
-  const is_good = garment.includes('/'), files = is_good ? ['dressed.glb'] : [];
-  await compare(['dress', garment, 'twill.fabric.exr', '-o', 'dressed.glb', '--all', '--variant', 'Red=#aa2211'], files);
-  await compare(['dress', garment, 'twill.fabric.exr', '-o', 'beside.gltf', '--all', '--usda', 'cloth.usda', '--json'], is_good ? ['beside.gltf', 'cloth.usda'] : []);
-  if (is_good) await compare(['page', 'dressed.glb', '-o', 'page.html'], ['page.html']);
-  if (is_good) for (const verb of ['check', 'info']) await compare([verb, 'dressed.glb', '--json']);
-  await compare(['check', garment]);
+/** Verbs on a garment. */
+async function compare_garment(path) {
+  await compare(['dress', path, 'twill.fabric.exr', '-o', 'dressed.glb', '--all', '--strict', '--variant', 'Red=#aa2211']);
+  await compare(['dress', path, 'twill.fabric.exr', '-o', 'beside.gltf', '--all', '--usda', 'cloth.usda', '--json']);
+  if (existsSync('dressed.glb')) {
+    await compare(['page', 'dressed.glb', '-o', 'page.html']);
+    for (const verb of ['check', 'info']) await compare([verb, 'dressed.glb', '--json']);
+  }
+  for (const place of ['native', 'ours']) for (const name of ['dressed.glb', 'page.html']) rmSync(join(folder, place, name), { force: true });
+  for (const verb of ['check', 'info']) await compare([verb, path, '--json']);
 }
+const encodings = join(sources, 'tests/data/encodings');
+for (const garment of [join(sources, 'samples/sweater.glb'), ...readdirSync(encodings).map((name) => join(encodings, name)), bad, 'missing.glb']) await compare_garment(garment);
+const [, theirs] = await both(['design', join(sources, 'samples/sweater.glb'), '-o', 'design.html']);
+assert.equal(theirs[0], 0);
+const [our_page, their_page] = read_both('design.html').map((page) => page.toString().replace(/(id="shapes">|data-garment=)[^<]*/g, ''));
+assert.ok(our_page === their_page);
+// Files of the kit, damaged and not; garments of strangers.
+for (const path of strangers.flatMap((one) => readdirSync(one, { recursive: true }).map((name) => join(one, name)))) {
+  if (/fabric\.exr$/.test(path)) await compare(['check', path, '--json']);
+  else if (/\.gl(b|tf)$/.test(path)) await (path.includes('conformance') ? compare(['check', path, '--json']) : compare_garment(path));
+}
+console.log(`${numbers.compared} runs are equal, ${numbers.native_alone} are the native program's alone`);
 
 // Bytes in, bytes and reports out.
 const { bytes, report } = await make('twill', { quality: 'draft', set: { colour: '#aa3322' } });
@@ -137,6 +166,55 @@ assert.equal((await check(dressed.bytes)).good, true);
 assert.equal((await info(dressed.bytes)).kind, 'gltf');
 await assert.rejects(make('nothing'), (error) => error instanceof SelvedgeError && error.code === 'STITCH_UNKNOWN');
 await assert.rejects(make('twill', { progress: () => { throw new Error('cancelled'); } }), { message: 'cancelled' });
+// A module that traps, and the next one.
+await assert.rejects(make('twill', { progress: () => { throw new WebAssembly.RuntimeError('unreachable'); } }), /ended in the middle, with nothing written; the next run starts anew: unreachable/);
+assert.equal((await check(bytes)).good, true);
+
+// The same in a browser's worker, with a garment by Draco.
+async function in_worker(address) {
+  const script = `import { check, dress, make } from '${address}/selvedge/program/index.js';
+    const { bytes } = await make('twill', { quality: 'draft' });
+    const garment = new Uint8Array(await (await fetch('${address}/encodings/scarf_draco_sequential.glb')).arrayBuffer());
+    const dressed = await dress(garment, bytes, { all: true });
+    postMessage([dressed.report.materials.length, (await check(dressed.bytes)).good]);`;
+  const worker = new Worker(URL.createObjectURL(new Blob([script], { type: 'text/javascript' })), { type: 'module' });
+  return new Promise((told, failed) => Object.assign(worker, { onmessage: ({ data }) => told(data), onerror: ({ message }) => failed(new Error(message)) }));
+}
+await in_browser(join(options.cwd, 'node_modules/selvedge'), { encodings }, async ({ page }) => assert.deepEqual(await page.evaluate(in_worker, new URL(page.url()).origin), [1, true]));
+
+// Types, as an editor sees them.
+writeFileSync(join(options.cwd, 'types.ts'), `
+import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { SelvedgeError, check, dress, info, make, run, type Host, type Report } from 'selvedge';
+import { open_fabric, type Fabric } from 'selvedge/reader';
+import { SelvedgeFabric } from 'selvedge/three';
+const { bytes } = await make('twill', { quality: 'draft', set: { colour: '#aa3322', radius_mm: 0.5 }, progress: (stage, fraction) => console.log(stage, fraction) });
+const dressed = await dress({ name: 'a.glb', bytes }, bytes, { all: true, material: ['Cloth'] });
+const reports: Report[] = [await check(dressed.bytes), await info(dressed.bytes)];
+const host: Host = { exists: () => undefined, read: () => bytes, write: () => {}, list: () => [] };
+const status: number = await run(['check', 'a.glb'], host).catch((error: unknown) => error instanceof SelvedgeError && error.code ? 1 : 2);
+const fabric: Fabric = await open_fabric(bytes);
+new GLTFLoader().register((parser) => new SelvedgeFabric(parser));
+// @ts-expect-error: a fabric is missing
+dress(bytes);
+export { fabric, reports, status };
+`);
+symlinkSync(join(MODULES, '@types'), join(options.cwd, 'node_modules/@types'));
+execFileSync(process.execPath, [join(MODULES, 'typescript/bin/tsc'), '--strict', '--noEmit', '--module', 'nodenext', '--target', 'es2022', '--lib', 'es2023,dom', 'types.ts'], { ...options, stdio: 'inherit' });
 
 // Names as Windows has them; no such machine is here.
-for (const [word, plain] of [['C:\\My cloth\\ä.glb', 'C:/My cloth/ä.glb'], ['..\\a.glb', '../a.glb'], ['--all', '--all']]) assert.equal(plain_word(word, true), plain);
+for (const [word, plain] of [
+  ['C:\\My cloth\\ä.glb', 'C:/My cloth/ä.glb'], ['..\\a.glb', '../a.glb'], ['\\\\server\\cloth\\a.glb', '//server/cloth/a.glb'], ['--all', '--all'],
+  ['file:///C:/My%20cloth/%C3%A4.glb', 'C:/My cloth/ä.glb']
+]) assert.equal(plain_word(word, true), plain);
+assert.deepEqual(opener('C:\\My cloth\\ä.html', 'win32'), ['cmd', ['/c', 'start', '""', '"C:\\My cloth\\ä.html"']]);
+assert.deepEqual(opener('/cloth/a.html', 'darwin'), ['open', ['/cloth/a.html']]);
+const disk = new Map(['beside.gltf', 'beside.bin', 'twill.fabric.exr'].map((name) => [win32.join('C:\\My cloth\\ä', name), readFileSync(name)]));
+const on_disk = (path) => win32.resolve('C:\\My cloth', path);
+const windows = {
+  folder: 'C:/My cloth', list: () => [], read: (path) => disk.get(on_disk(path)), write: (path, bytes) => disk.set(on_disk(path), bytes), stderr: (text) => assert.equal(text, ''),
+  exists: (path) => disk.has(on_disk(path)) ? 'file' : [...disk.keys()].some((name) => name.startsWith(win32.join(on_disk(path), '\\'))) ? 'folder' : undefined
+};
+for (const word of ['C:\\My cloth\\ä\\beside.gltf', 'ä\\beside.gltf', 'file:///C:/My%20cloth/%C3%A4/beside.gltf']) assert.equal(await run(['check', plain_word(word, true)], windows), 0);
+assert.equal(await run(['dress', 'ä/beside.gltf', 'C:/My cloth/ä/twill.fabric.exr', '-o', 'C:/My cloth/a b.glb', '--all', '--quiet'], windows), 0);
+assert.ok(disk.has('C:\\My cloth\\a b.glb'));
