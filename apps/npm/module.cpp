@@ -5,7 +5,6 @@
 #include "apps/selvedge-view/commands.h"
 #include "apps/selvedge-view/page.h"
 #include "apps/selvedge/commands.h"
-#include "converter/dress/charts.h"
 #include "converter/light/ray_scene.h"
 #include "fitter/refit_to_pairs.h"
 #include "format/base/guard.h"
@@ -37,10 +36,7 @@ Result<void> open_in_browser(const std::string& page) {
   return {};
 }
 
-// In place of sources with OpenMesh, Ceres and Embree.
-Charts cut_into_charts(const std::vector<V3d>&, const std::vector<std::uint32_t>&, const V3d&, double&) {
-  refuse("needs new texture coordinates (--unwrap never keeps its own)");
-}
+// In place of sources with Ceres and Embree.
 void refit_to_pairs(Fabric&, const PairSamples& measured, int, const FitOptions&) {
   if (!measured.pairs.empty()) refuse("needs a fit to pairs (Ceres)");
 }

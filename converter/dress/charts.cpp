@@ -2,7 +2,6 @@
 
 #include <Imath/ImathBox.h>
 
-#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,18 +10,14 @@
 #include <tuple>
 
 #include "converter/dress/flatten.h"
+#include "converter/dress/half_edges.h"
 #include "format/base/disjoint_sets.h"
 
 namespace selvedge {
 namespace {
 
 using Face = std::array<std::uint32_t, 3>;
-
-struct Traits : OpenMesh::DefaultTraits {
-  using Point = OpenMesh::Vec3d;
-  using Normal = OpenMesh::Vec3d;
-};
-using Mesh = OpenMesh::TriMesh_ArrayKernelT<Traits>;
+constexpr int none = -1;  // of a vertex
 
 class Cutter {
  public:
@@ -99,26 +94,25 @@ class Cutter {
   }
 
   void build_mesh() {
-    omerr().disable();  // it prints the faces that it refuses
     const std::vector<std::uint32_t> welded = weld(positions_, 3e-3 * size_of_face());
     std::vector<std::size_t> open = in_reach(welded);
     // Sheets of faces; those that one refuses both ways are left to the next, and at last each has vertices
     // of its own.
     constexpr int sheets = 8;
     for (int sheet = 0; !open.empty(); ++sheet) {
-      std::vector<Mesh::VertexHandle> vertices(positions_.size());
+      std::vector<int> vertices(positions_.size(), none);
       std::set<Face> seen;
       std::vector<std::size_t> refused;
       for (const std::size_t number : open) {
         Face corners;
-        std::array<Mesh::VertexHandle, 3> own;
+        std::array<int, 3> own{none, none, none};
         for (std::size_t k = 0; k < 3; ++k) {
           corners[k] = welded[faces_[number][k]];
-          Mesh::VertexHandle& vertex = sheet < sheets ? vertices[corners[k]] : own[k];
+          int& vertex = sheet < sheets ? vertices[corners[k]] : own[k];
           // Faces all around take no more: another part begins that meets them here.
-          if (!vertex.is_valid() || !(mesh_.is_isolated(vertex) || mesh_.is_boundary(vertex))) {
-            const V3d& p = positions_[corners[k]];
-            vertex = mesh_.add_vertex({p.x, p.y, p.z});
+          if (vertex == none || !mesh_.is_open(vertex)) {
+            vertex = mesh_.add_vertex();
+            points_.push_back(positions_[corners[k]]);
           }
           own[k] = vertex;
         }
@@ -127,7 +121,7 @@ class Cutter {
         bool added = false;
         for (const bool turned : {false, true}) {
           if (added || (!fits && sheet < sheets)) continue;
-          added = mesh_.add_face(own[0], own[turned ? 2 : 1], own[turned ? 1 : 2]).is_valid();
+          added = mesh_.add_face({own[0], own[turned ? 2 : 1], own[turned ? 1 : 2]});
           if (!added) continue;
           numbers_.push_back(number);
           turned_.push_back(turned);
@@ -146,7 +140,8 @@ class Cutter {
     for (int round = 0; round < rounds; ++round) {
       std::vector<V3d> next = smooth;
       for (std::size_t f = 0; f < faces_.size(); ++f) {
-        for (const auto n : mesh_.ff_range(face_handle(f))) next[f] += smooth[n.idx()];
+        for (const int half : mesh_.halves(static_cast<int>(f)))
+          if (const int other = mesh_.face(half ^ 1); other >= 0) next[f] += smooth[other];
         next[f] *= 0.25;
       }
       smooth = std::move(next);
@@ -165,9 +160,9 @@ class Cutter {
   /// The faces of one label that hang together have one number, of the first of them.
   std::vector<int> parts(const std::vector<int>& labels) const {
     DisjointSets sets(faces_.size());
-    for (const auto edge : mesh_.edges()) {
-      if (edge.is_boundary()) continue;
-      const int a = sets.root(edge.h0().face().idx()), b = sets.root(edge.h1().face().idx());
+    for (int edge = 0; edge < mesh_.edges(); ++edge) {
+      if (is_border(edge)) continue;
+      const int a = sets.root(mesh_.face(2 * edge)), b = sets.root(mesh_.face(2 * edge + 1));
       if (labels[a] == labels[b]) sets.unite(std::max(a, b), std::min(a, b));
     }
     std::vector<int> part;
@@ -189,13 +184,14 @@ class Cutter {
     for (bool again = true; again;) {
       again = false;
       std::map<std::pair<int, int>, double> borders;  // of small parts, with whom, and how long
-      for (const auto edge : mesh_.edges()) {
-        if (edge.is_boundary()) continue;
-        for (const auto side : {edge.h0(), edge.h1()}) {
-          const int part = joined.root(chart_of_[side.face().idx()]);
-          const int other = joined.root(chart_of_[side.opp().face().idx()]);
-          if (part != other && areas[part] < small * wholes[whole[side.face().idx()]])
-            borders[{part, other}] += mesh_.calc_edge_length(edge);
+      for (int edge = 0; edge < mesh_.edges(); ++edge) {
+        if (is_border(edge)) continue;
+        for (const int half : {2 * edge, 2 * edge + 1}) {
+          const int part = joined.root(chart_of_[mesh_.face(half)]);
+          const int other = joined.root(chart_of_[mesh_.face(half ^ 1)]);
+          if (part != other && areas[part] < small * wholes[whole[mesh_.face(half)]])
+            borders[{part, other}] +=
+                (points_[mesh_.end(2 * edge)] - points_[mesh_.begin(2 * edge)]).length();
         }
       }
       for (auto at = borders.begin(); at != borders.end();) {
@@ -220,14 +216,14 @@ class Cutter {
     for (std::size_t f = 0; f < faces_.size(); ++f) members[chart_of_[f]].push_back(f);
     for (const auto& [chart, faces] : members) {
       ClothPanel panel;
-      std::map<Mesh::VertexHandle, int> local;
+      std::map<int, int> local;
       for (const std::size_t f : faces) {
         V3i triangle;
         int k = 0;
-        for (const auto vertex : mesh_.fv_range(face_handle(f))) {
+        for (const int half : mesh_.halves(static_cast<int>(f))) {
+          const int vertex = mesh_.end(half);
           const auto [entry, fresh] = local.try_emplace(vertex, static_cast<int>(panel.positions.size()));
-          const Mesh::Point& p = mesh_.point(vertex);
-          if (fresh) panel.positions.emplace_back(p[0], p[1], p[2]);
+          if (fresh) panel.positions.push_back(points_[vertex]);
           triangle[k++] = entry->second;
         }
         panel.triangles.push_back(triangle);
@@ -247,9 +243,9 @@ class Cutter {
     constexpr std::ptrdiff_t max_holes = 64;
     std::ptrdiff_t halves = 0;  // of edges
     for (const std::size_t f : faces) {
-      for (const auto side : mesh_.fh_range(face_handle(f))) {
-        const auto other = side.opp().face();
-        halves += other.is_valid() && chart_of_[other.idx()] == chart_of_[f] ? 1 : 2;
+      for (const int half : mesh_.halves(static_cast<int>(f))) {
+        const int other = mesh_.face(half ^ 1);
+        halves += other >= 0 && chart_of_[other] == chart_of_[f] ? 1 : 2;
       }
     }
     return faces.size() > 1 && std::ssize(panel.positions) - halves / 2 + std::ssize(faces) >= 1 - max_holes;
@@ -337,11 +333,12 @@ class Cutter {
     std::size_t end = 0;
   };
 
-  static Mesh::FaceHandle face_handle(std::size_t face) { return Mesh::FaceHandle(static_cast<int>(face)); }
+  bool is_border(int edge) const { return std::min(mesh_.face(2 * edge), mesh_.face(2 * edge + 1)) < 0; }
 
   const std::vector<V3d>& positions_;
   V3d down_;
-  Mesh mesh_;
+  HalfEdges mesh_;
+  std::vector<V3d> points_;           ///< by vertex of the mesh
   std::vector<Face> faces_;           ///< of the surface, those with an area
   std::vector<std::size_t> numbers_;  ///< by face of the mesh, as all below: in faces_
   std::vector<bool> turned_;          ///< its corners run the other way in the mesh, as its neighbours' do

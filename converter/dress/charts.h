@@ -1,5 +1,4 @@
-// Cuts a surface into charts and lays them flat, for garments without texture coordinates (charts.cpp is the
-// only file that includes OpenMesh).
+// Cuts a surface into charts and lays them flat, for garments without texture coordinates.
 #pragma once
 
 #include <cstdint>

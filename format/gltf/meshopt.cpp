@@ -10,6 +10,7 @@
 #include <cstring>
 #include <span>
 
+#include "format/base/vec.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/names.h"
 
@@ -113,6 +114,18 @@ bool is_newer(const Stream& stream) {
          (stream.bytes[0] & 0xf0) == attributes && stream.bytes[0] != attributes;
 }
 
+/// Octahedral normals of four bytes each. Those of meshoptimizer differ by a step between processors.
+void unfilter_normals(std::uint8_t* out, std::size_t count) {
+  for (auto* n = reinterpret_cast<std::int8_t*>(out); n != reinterpret_cast<std::int8_t*>(out) + 4 * count;
+       n += 4) {
+    V3d normal(n[0], n[1], n[2] - std::abs(n[0]) - std::abs(n[1]));
+    const double below = std::min(normal.z, 0.0);
+    for (int c = 0; c < 2; ++c) normal[c] += normal[c] < 0 ? -below : below;
+    const double length = std::max(normal.length(), 1e-9);
+    for (int c = 0; c < 3; ++c) n[c] = static_cast<std::int8_t>(std::lround(127 * normal[c] / length));
+  }
+}
+
 bool decode(const Stream& s, std::uint8_t* out) {
   using Decode = int (*)(void*, std::size_t, std::size_t, const unsigned char*, std::size_t);
   using Unfilter = void (*)(void*, std::size_t, std::size_t);
@@ -122,7 +135,10 @@ bool decode(const Stream& s, std::uint8_t* out) {
                                             meshopt_decodeFilterExp};
   const Decode decoder = decoders[static_cast<std::size_t>(s.mode)];
   if (decoder(out, s.count, s.stride, s.bytes.data(), s.bytes.size()) != 0) return false;
-  if (s.filter != Filter::none) filters[static_cast<std::size_t>(s.filter)](out, s.count, s.stride);
+  if (s.filter == Filter::octahedral && s.stride == 4)
+    unfilter_normals(out, s.count);
+  else if (s.filter != Filter::none)
+    filters[static_cast<std::size_t>(s.filter)](out, s.count, s.stride);
   return true;
 }
 
