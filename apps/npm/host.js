@@ -6,7 +6,7 @@ const MODES = ['ATTRIBUTES', 'TRIANGLES', 'INDICES'], FILTERS = ['NONE', 'OCTAHE
 export const KEY = 32;
 const read_text = new TextDecoder(), write_text = new TextEncoder();
 
-/** The functions of format/web/host.h. `codecs`: { inflate(bytes), deflate(bytes, level), meshopt, draco }, the last a DracoDecoder. */
+/** The functions of format/web/host.h. `codecs`: { inflate(bytes), deflate(bytes, level), meshopt, encoder, draco }, the last a DracoDecoder. */
 function functions_of(host, codecs, state) {
   const bytes = (at, count) => new Uint8Array(state.memory.buffer, at, count), text = (at, count) => read_text.decode(bytes(at, count).slice());
   // Files as this run sees them: its own ones, and those that were read.
@@ -43,6 +43,12 @@ function functions_of(host, codecs, state) {
       bytes(out, elements.length).set(elements);
       return 0;
     }, 1),
+    order_triangles: (from, count, out) => {
+      const [indices, former] = [from, out].map((at) => new Uint32Array(state.memory.buffer, at, count)), ordered = indices.slice();
+      const [numbers] = codecs.encoder.reorderMesh(ordered, true, true), vertices = [];
+      numbers.forEach((number, vertex) => { vertices[number] = vertex; });
+      former.set(ordered.map((number) => vertices[number]));
+    },
     unpack_draco: (from, size) => {
       try {
         if (!codecs.draco) throw new Error('this page has no decoder');

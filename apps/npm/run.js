@@ -25,6 +25,6 @@ const all_codecs = { ...codecs, draco: new DracoDecoder(() => file_beside('draco
  */
 export async function run(argv, host) {
   const module = await (compiled ??= WebAssembly.compile(file_beside('selvedge.wasm')));
-  await codecs.meshopt.ready;
+  await Promise.all([codecs.meshopt.ready, codecs.encoder.ready]);
   return run_module(module, argv, host, all_codecs);
 }

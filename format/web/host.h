@@ -40,6 +40,9 @@ SELVEDGE_HOST(unpack_meshopt)
 int host_unpack_meshopt(int mode, int filter, std::size_t count, std::size_t stride,
                         const std::uint8_t* bytes, std::size_t size, void* out);
 
+/// Orders triangles as meshopt_optimizeVertexCacheStrip().
+SELVEDGE_HOST(order_triangles)
+void host_order_triangles(const unsigned int* indices, std::size_t count, unsigned int* out);
 /// Decodes a mesh of Draco, the one that the others are about: its points, and in host_input() three indices
 /// a face; or -1, and there Draco's message.
 SELVEDGE_HOST(unpack_draco) double host_unpack_draco(const std::uint8_t* bytes, std::size_t count);

@@ -1,6 +1,8 @@
-// Meshoptimizer's decoders by the host, whose filters come with the stream that they are applied to.
+// Meshoptimizer's decoders and order of triangles by the host, whose filters come with the stream that they
+// are applied to.
 #include <meshoptimizer.h>
 
+#include <algorithm>
 #include <span>
 
 #include "format/base/guard.h"
@@ -48,6 +50,18 @@ size_t meshopt_encodeVertexBuffer(unsigned char*, size_t, const void*, size_t, s
 void meshopt_encodeIndexVersion(int) { refuse(); }
 size_t meshopt_encodeIndexBufferBound(size_t, size_t) { refuse(); }
 size_t meshopt_encodeIndexBuffer(unsigned char*, size_t, const unsigned int*, size_t) { refuse(); }
-void meshopt_optimizeVertexCacheStrip(unsigned int*, const unsigned int*, size_t, size_t) { refuse(); }
-size_t meshopt_optimizeVertexFetchRemap(unsigned int*, const unsigned int*, size_t, size_t) { refuse(); }
-void meshopt_remapIndexBuffer(unsigned int*, const unsigned int*, size_t, const unsigned int*) { refuse(); }
+void meshopt_optimizeVertexCacheStrip(unsigned int* out, const unsigned int* indices, size_t count, size_t) {
+  selvedge::host_order_triangles(indices, count, out);
+}
+size_t meshopt_optimizeVertexFetchRemap(unsigned int* numbers, const unsigned int* indices, size_t count,
+                                        size_t vertices) {
+  std::fill_n(numbers, vertices, ~0U);
+  unsigned int next = 0;
+  for (size_t i = 0; i < count; ++i)
+    if (numbers[indices[i]] == ~0U) numbers[indices[i]] = next++;
+  return next;
+}
+void meshopt_remapIndexBuffer(unsigned int* out, const unsigned int* indices, size_t count,
+                              const unsigned int* numbers) {
+  for (size_t i = 0; i < count; ++i) out[i] = numbers[indices[i]];
+}

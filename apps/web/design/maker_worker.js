@@ -23,7 +23,7 @@ onmessage = async ({data: {program, shapes, argv, files, recipe, whole}}) => {
   }
   if (argv) {
     const said = {out: '', err: ''};
-    await codecs.meshopt.ready;
+    await Promise.all([codecs.meshopt.ready, codecs.encoder.ready]);
     // A page is read at once, too.
     run_module(module, argv, memory_host(files, said), argv[0] === 'page' ? {...codecs, deflate: (bytes) => codecs.deflate(bytes, 0)} : codecs);
     return postMessage({files, ...said});
