@@ -206,9 +206,8 @@ void CellStore::begin(const CellFrame& frame) {
   for (float* per_pixel :
        {&options_.samples_per_pixel_side, &options_.shadow_texels_per_pixel, &options_.rays_per_pixel_side})
     *per_pixel *= fraction;
-  const float finer = std::min(2 * fraction, 1.0F);
-  options_.patches.max_turn_degrees *= finer;
-  options_.patches.max_small_offset *= finer * levels_.footprint_pixels * levels_.footprint_pixels;
+  options_.patches.max_turn_degrees *= std::min(2 * fraction, 1.0F);
+  options_.patches.max_small_offset *= std::min(2 * fraction, 1.0F) * std::pow(levels_.footprint_pixels, 2.F);
   lights_ = frame.lights;
   lights_.origin = origin_;
   frame_ = call_ + 1;
