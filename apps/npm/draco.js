@@ -51,10 +51,10 @@ export class DracoDecoder {
     const attribute = this.decoder.GetAttributeByUniqueId(this.#mesh, id);
     return this.#draco.getPointer(attribute) ? attribute : undefined;
   }
-  /** Components of an attribute, below 0 of booleans; 0: there is no such attribute. */
+  /** Components of an attribute; 0: there is no such attribute, or it is boolean. */
   components(id) {
     const attribute = id < 0 ? undefined : this.#attribute(id);
-    return attribute ? attribute.num_components() * (attribute.data_type() === this.#draco.DT_BOOL ? -1 : 1) : 0;
+    return attribute && attribute.data_type() !== this.#draco.DT_BOOL ? attribute.num_components() : 0;
   }
   /** The values of all points as a type of glTF; undefined if one does not fit. */
   values(id, component_type) {

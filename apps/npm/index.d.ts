@@ -10,6 +10,8 @@ export interface Host {
   write(path: string, bytes: Uint8Array): void;
   /** Names in a folder. */
   list(path: string): string[];
+  /** Opens a file in the user's browser; false if it cannot. Without it `--open` is refused. */
+  open?(path: string): boolean;
   /** Why a file cannot be written, as a name of errno ('EACCES'). */
   refusal?(path: string): string | undefined;
   /** A stage ('relax', 'bake', 'fit') and the fraction of it that is done. What it throws ends the run. */

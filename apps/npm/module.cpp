@@ -22,11 +22,6 @@ namespace {
 
 std::string shared_folder;
 
-[[noreturn]] void refuse(const char* what) {
-  throw Failure{
-      {Code::option_out_of_range, {}, {}, std::string(what) + ", which the native program alone has"}};
-}
-
 }  // namespace
 
 std::string shared_file(const std::string& name) { return shared_folder + "/" + name; }
@@ -38,7 +33,11 @@ Result<void> open_in_browser(const std::string& page) {
 
 // In place of sources with Ceres and Embree.
 void refit_to_pairs(Fabric&, const PairSamples& measured, int, const FitOptions&) {
-  if (!measured.pairs.empty()) refuse("needs a fit to pairs (Ceres)");
+  if (!measured.pairs.empty())
+    throw Failure{{Code::option_out_of_range,
+                   {},
+                   {},
+                   "needs a fit to pairs (Ceres), which the native program alone has"}};
 }
 Result<RayScene> RayScene::create(const CellMesh&, const std::string& name) {
   return fail(Code::option_out_of_range, name, {},

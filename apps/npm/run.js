@@ -5,7 +5,7 @@ import { run_module } from './host.js';
 
 const is_file = import.meta.url.startsWith('file:');
 const { readFileSync } = is_file ? await import('node:fs') : {};
-/** A file beside this one, at once. */
+/** A file beside this one, at once: in a page by a worker alone, which Draco's decoder needs. */
 function file_beside(name) {
   const address = new URL(name, import.meta.url);
   if (is_file) return readFileSync(address);
@@ -13,9 +13,11 @@ function file_beside(name) {
   request.open('GET', address, false);
   request.responseType = 'arraybuffer';
   request.send();
+  if (request.status !== 200) throw new Error(`${address}: ${request.status}`);
   return request.response;
 }
 let compiled;
+const compile = async () => is_file ? WebAssembly.compile(file_beside('selvedge.wasm')) : WebAssembly.compileStreaming(fetch(new URL('selvedge.wasm', import.meta.url)));
 const all_codecs = { ...codecs, draco: new DracoDecoder(() => file_beside('draco_decoder.wasm')) };
 
 /**
@@ -24,7 +26,7 @@ const all_codecs = { ...codecs, draco: new DracoDecoder(() => file_beside('draco
  * program has ended by itself, each once.
  */
 export async function run(argv, host) {
-  const module = await (compiled ??= WebAssembly.compile(file_beside('selvedge.wasm')));
+  const module = await (compiled ??= compile());
   await Promise.all([codecs.meshopt.ready, codecs.encoder.ready]);
   return run_module(module, argv, host, all_codecs);
 }

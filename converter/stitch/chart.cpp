@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -74,7 +73,7 @@ std::string runs_of(const std::vector<std::string>& words) {
   std::string text;
   for (std::size_t i = 0, count = 1; i < words.size(); i += count, count = 1) {
     while (i + count < words.size() && words[i + count] == words[i] &&
-           words[i].find('/') == std::string::npos)
+           (words[i].ends_with("tog") || words[i].find_first_of("/0123456789") == std::string::npos))
       ++count;
     text += " " + words[i] + (count > 1 ? std::to_string(count) : "");
   }

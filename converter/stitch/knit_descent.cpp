@@ -12,7 +12,8 @@ constexpr double start_fraction = 0.13;
 /// Stages in which yarn grows or swells and the repeat moves, and steps of each.
 constexpr int stages = 8;
 constexpr int stage_steps = 6;
-/// Steps in which soft sections give way once while they are pressed, and such steps for each one of rest.
+/// While pressed, soft sections are fitted to their contacts every so many steps; and such steps for each
+/// step of rest.
 constexpr int steps_between_sections = 3;
 constexpr int pressing_parts = 2;
 /// The press that finishes soft cloth within these radii of its middle (ribs and cables are left to stand
@@ -276,7 +277,7 @@ void KnitCloth::factor() {
   std::vector<Square> contacts;
   std::vector<std::vector<std::uint32_t>> contacts_of(tiles_.size());
   const double contacting = stiffness_ * contact_stiffness / (grown_ * grown_ * unit_ * unit_);
-  // Between the nearest points: with all four, factors took twice as long.
+  // A contact couples the nearest end of each piece: with all four ends, factors took twice as long.
   visit_contacts(
       [&](const Contact& c) {
         const std::uint32_t a = c.s < 0.5 ? c.a : next_[c.a];

@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 
 #include "converter/stitch/chart.h"
-#include "converter/stitch/chart_stitches.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/pattern_json.h"
 #include "converter/stitch/picture_chart.h"

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstring>
 #include <map>
-#include <memory>
 #include <set>
 
 #include "format/gltf/draco_stream.h"
@@ -170,12 +169,10 @@ class Expander {
                         const std::string& place) {
     AccessorShape shape = reader_.accessor_shape(accessor, place);
     if (mesh.components(id) != shape.components) {
-      reader_.fail(Code::gltf_malformed, place,
-                   fmt::format("Draco attribute {} is missing or has the wrong number of components", id));
+      reader_.fail(
+          Code::gltf_malformed, place,
+          fmt::format("Draco attribute {} is missing, boolean, or has the wrong number of components", id));
     }
-    // Draco would read arbitrary bytes as bool; glTF has no booleans.
-    if (mesh.is_boolean(id))
-      reader_.fail(Code::gltf_malformed, place, fmt::format("Draco attribute {} is boolean", id));
     shape.count = mesh.points();
     Json json = document_.json["accessors"][accessor];
     const std::optional<Bytes> elements = take_values(mesh, id, semantic, shape, json);

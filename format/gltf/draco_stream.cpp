@@ -83,10 +83,8 @@ Result<DracoMesh> DracoMesh::decode(std::span<const std::uint8_t> bytes) {
 
 int DracoMesh::components(int id) const {
   const Attribute* const attribute = decoded_->attribute(id);
-  return attribute == nullptr ? 0 : attribute->num_components();
+  return attribute == nullptr || attribute->data_type() == draco::DT_BOOL ? 0 : attribute->num_components();
 }
-
-bool DracoMesh::is_boolean(int id) const { return decoded_->attribute(id)->data_type() == draco::DT_BOOL; }
 
 std::optional<Bytes> DracoMesh::values(int id, int component_type) const {
   constexpr std::array<bool (*)(const draco::Mesh&, const Attribute&, std::uint8_t*), 7> copies{

@@ -21,8 +21,7 @@ class DracoMesh {
 
   std::size_t points() const { return points_; }
   const std::vector<std::uint32_t>& indices() const { return indices_; }  ///< three a face
-  int components(int id) const;                                           ///< 0: there is no such attribute
-  bool is_boolean(int id) const;
+  int components(int id) const;  ///< 0: no such attribute, or booleans
   /// The elements of all points as a type of glTF; nothing if a value does not fit.
   std::optional<Bytes> values(int id, int component_type) const;
 

@@ -19,8 +19,7 @@ Result<DracoMesh> DracoMesh::decode(std::span<const std::uint8_t> bytes) {
   return mesh;
 }
 
-int DracoMesh::components(int id) const { return std::abs(host_draco_components(id)); }
-bool DracoMesh::is_boolean(int id) const { return host_draco_components(id) < 0; }
+int DracoMesh::components(int id) const { return host_draco_components(id); }
 
 std::optional<Bytes> DracoMesh::values(int id, int component_type) const {
   if (!host_draco_values(id, component_type)) return std::nullopt;

@@ -46,7 +46,7 @@ void host_order_triangles(const unsigned int* indices, std::size_t count, unsign
 /// Decodes a mesh of Draco, the one that the others are about: its points, and in host_input() three indices
 /// a face; or -1, and there Draco's message.
 SELVEDGE_HOST(unpack_draco) double host_unpack_draco(const std::uint8_t* bytes, std::size_t count);
-/// Components of an attribute, below 0 of booleans; 0: there is no such attribute.
+/// Components of an attribute; 0: there is no such attribute, or it is boolean.
 SELVEDGE_HOST(draco_components) int host_draco_components(int id);
 /// Writes the values of all points to host_input(); false if one does not fit.
 SELVEDGE_HOST(draco_values) bool host_draco_values(int id, int component_type);

@@ -39,8 +39,8 @@ for (const [change, words, line, expected] of [
 ]) assert.equal(change(rope, cells_of('rope.txt', rope), ...words).split('\n')[line], expected);
 assert.deepEqual(cells_of('half.txt', 'half a chart\n7 k2').rows, []);
 // Instructions as a chart, rows of wrong sides from the face.
-const worked = cells_of('worked.txt', 'Row 1 (RS): *K1, C4F, T3B, yo, k2tog; rep from * to end.\nRow 2: P8, p2tog, yo.\n').chart;
-assert.equal(worked, '2: k8 k2tog yo\n1: k2tog yo t3b c4f k\n');
+const worked = cells_of('worked.txt', 'Row 1 (RS): *K1, C4F, C4F, T3B, yo, k2tog; rep from * to end.\nRow 2: P12, p2tog, yo.\n').chart;
+assert.equal(worked, '2: k12 k2tog yo\n1: k2tog yo t3b c4f c4f k\n');
 assert.deepEqual(cells_of('again.txt', worked).rows.map(({ stitches }) => stitches), cells_of('worked.txt', readFileSync(path('worked.txt'), 'utf8')).rows.map(({ stitches }) => stitches));
 
 const draft = '[WIF]\nVersion=1.1\n[WEAVING]\nShafts=2\nTreadles=2\n[WARP]\nThreads=2\n[WEFT]\nThreads=2\n[THREADING]\n1=1\n2=2 ; end\n[TIEUP]\n1=1\n[TREADLING]\n1=1\n2=2\n';
@@ -200,6 +200,10 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   writeFileSync(path('printed.glb'), with_json(sweater, printed));
   const part = (name) => page.getByLabel(name, { exact: true }), dressed = () => page.getByRole('alert').filter({ hasText: /dressing/ }).waitFor({ state: 'detached' });
   const command_has = (words) => page.waitForFunction((wanted) => document.getElementById('command').value.includes(wanted), words, { timeout: 1000 * SECONDS });
+  // By Draco, too.
+  await open_file(fileURLToPath(new URL('../data/encodings/scarf_draco_sequential.glb', import.meta.url)));
+  await command_has('dress scarf_draco_sequential.glb');
+  await until(all_cloth);
   await open_file(path('printed.glb'));
   await command_has('dress printed.glb');
   await until(all_cloth);

@@ -10,7 +10,6 @@ import { node_host, opener, plain_word } from '../../apps/npm/node.js';
 import { evaluate_texel } from '../../spec/conformance/reference/brdf.mjs';
 import { in_sight, seen_from } from '../../spec/conformance/reference/sides.mjs';
 import { open_fabric } from '../../viewer/web/reader/index.js';
-import { MODULES, in_browser } from './browser.mjs';
 
 const [package_folder, programs, folder, ...strangers] = process.argv.slice(2).map((path) => resolve(path));
 if (!existsSync(join(package_folder, 'program'))) process.exit(77);
@@ -175,6 +174,7 @@ await assert.rejects(make('twill', { progress: () => { throw new WebAssembly.Run
 assert.equal((await check(bytes)).good, true);
 
 // The same in a browser's worker, with a garment by Draco.
+const { MODULES, in_browser } = await import('./browser.mjs');
 async function in_worker(address) {
   const script = `import { check, dress, make } from '${address}/selvedge/program/index.js';
     const { bytes } = await make('twill', { quality: 'draft' });

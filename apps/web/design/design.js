@@ -171,9 +171,9 @@ addEventListener('keydown', (event) => {
 /** Lets a button save what file_of(name, bytes) makes of the cloth's bytes. */
 const saves = (id, file_of) => on_click(id, async () => {
   const name = file_name(), bytes = await made_bytes();
-  if (bytes) save(...await file_of(name, bytes));
+  if (bytes) await file_of(name, bytes).then((made) => save(...made), ({message}) => show_message(message));
 });
-saves('save_fabric', (name, bytes) => [new Blob([bytes], {type: 'image/x-exr'}), `${name}.fabric.exr`]);
+saves('save_fabric', async (name, bytes) => [new Blob([bytes], {type: 'image/x-exr'}), `${name}.fabric.exr`]);
 saves('save_garment', async (name, bytes) => [new Blob([await garment.dressed_glb(bytes)], {type: 'model/gltf-binary'}), `${garment_name()}.${name}.glb`]);
 /** Takes a fabric, a garment, a chart, draft, picture or description that the user opens or drops. */
 async function open(file) {
@@ -199,7 +199,7 @@ async function open_all(files) {
 }
 let dressing = Promise.resolve();
 /** Dresses a garment in the cloth after what is dressed yet, and shows the report; whether that went well. `takes`: it is a change. */
-const dress = (next, takes = true) => dressing = dressing.then(async () => {
+const dress = (next, takes = true) => dressing = dressing.catch(() => {}).then(async () => {
   const name = next.file ?? 'garment';
   show_message(`dressing ${name} …`);
   const refusal = await garment.show(next, await made_bytes() ?? last_fabric).then(() => null, ({message}) => `${name}: ${message}`);

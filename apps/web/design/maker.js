@@ -18,7 +18,7 @@ export class Maker {
     const bytes = await this.page.bytes_of('shapes'), numbers = new DataView(bytes);
     for (let begin = 0, count; begin < bytes.byteLength; begin += 4 + count)
       keep_shape(Maker.#shapes, new Uint8Array(bytes, begin + 4, count = numbers.getUint32(begin, true)));
-    return WebAssembly.compile(await this.page.bytes_of('program'));
+    return {program: await WebAssembly.compile(await this.page.bytes_of('program')), draco: await this.page.bytes_of('draco')};
   }
   /** Runs the program on files, bytes by names, after what it runs yet: { files, report }, also of the Error of one line that it throws. */
   run(argv, files) {
@@ -32,11 +32,11 @@ export class Maker {
   }
   /** Sends the worker work, and returns its answer. A worker that is busy with other work ends. */
   async ask(message) {
-    const program = await (Maker.#program ??= this.#load());
+    const loaded = await (Maker.#program ??= this.#load());
     if (this.#is_busy) this.#worker.terminate();
     if (this.#is_busy || !this.#worker) {
       this.#worker = new Worker(Maker.#url);
-      this.#worker.postMessage({program, shapes: Maker.#shapes});
+      this.#worker.postMessage({...loaded, shapes: Maker.#shapes});
     }
     this.#is_busy = true;
     return new Promise((end) => {

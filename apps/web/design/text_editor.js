@@ -179,7 +179,7 @@ export class TextEditor {
   }
   /** Marks the line or the cells of the fault. */
   #mark() {
-    const [place] = this.#fault.match(/^(?:\[[A-Z ]+\](?: \w+)?|line \d+)(?=:)/i) ?? [''], name = place.startsWith('[') ? place.toUpperCase() : place, {lines = {}} = this.#cells ?? {};
+    const [place] = this.#fault.match(/^(?:\[[A-Z ]+\](?: [\w ]+)?|line \d+)(?=:)/i) ?? [''], name = place.startsWith('[') ? place.toUpperCase() : place, {lines = {}} = this.#cells ?? {};
     for (const cell of grid.querySelectorAll('.cell')) cell.classList.toggle('wrong', name !== '' && cell.dataset.place === name);
     const line = lines[name] ?? lines[name.match(/^.*\]/)?.[0]] ?? Number(name.match(/^line (\d+)/)?.[1] ?? 0);
     // Seen, and not in the way of the keys.

@@ -2,9 +2,9 @@
 /** Columns that a stitch takes. */
 export const width_of = (stitch) => /^[ct]\d[fb]$|\//.test(stitch) ? stitch.match(/\d/g).reduce((sum, digit) => sum + Number(digit), 0) : 1;
 
-/** "k2 p": each word with how often it follows itself; cables such as 2/1rc are said one by one. */
+/** "k2 p": each word with how often it follows itself; what has a digit, as cables, is said one by one. */
 const runs_of = (words) => words.reduce((runs, word) => {
-  if (runs.at(-1)?.[0] === word && !word.includes('/')) ++runs.at(-1)[1];
+  if (runs.at(-1)?.[0] === word && (word.endsWith('tog') || !/[\d/]/.test(word))) ++runs.at(-1)[1];
   else runs.push([word, 1]);
   return runs;
 }, []).map(([word, count]) => word + (count > 1 ? count : '')).join(' ');
@@ -38,16 +38,16 @@ export function with_letter(text, cells, y, column, letter) {
 /** The text with a row more on top, or one less. */
 export function with_rows(text, {rows}, more) {
   const lines = text.split('\n'), [top, next] = rows, is_upwards = next && next.line < top.line;
-  if (!more && !next) return text;
+  if (!top || (!more && !next)) return text;
   if (more) lines.splice(top.line - 1 + (is_upwards ? 1 : 0), 0, lines[top.line - 1].replace(/\d+/, top.number + 1));
   else lines.splice(top.line - 1, 1);
   return lines.join('\n');
 }
 /** The text with a column more on the right, as the last one, or one less. */
 export function with_columns(text, cells, more) {
+  if (cells.rows.some(({stitches}) => stitches.length === 0 || (!more && stitches.length === 1 && stitches[0][1] === 1))) return text;
   for (const row of cells.rows) {
     const names = names_of(row), last = names.pop(), width = width_of(last);
-    if (!more && names.length === 0 && width === 1) return text;
     const end = more ? [last, width > 1 ? 'k' : last] : Array(width - 1).fill('k');
     text = with_row(text, cells, row, [...names, ...end], more ? row.yarns + row.yarns.at(-1) : row.yarns.slice(0, -1));
   }

@@ -221,8 +221,10 @@ TEST_CASE("white yarn is white in a white furnace, from both sides, opaque and t
     CAPTURE(transmission);
     const auto seen = seen_in_furnace(need(yarn_cell_of(tubes(stitch, 1, transmission))));
     double mean = 0;
-    for (const double value : seen) {
-      mean += value / static_cast<double>(seen.size());
+    // Neighbouring views in pairs: one alone has a quarter of a percent of the noise of its lines.
+    for (std::size_t i = 0; i < seen.size(); i += 2) {
+      const double value = (seen[i] + seen[i + 1]) / 2;
+      mean += 2 * value / static_cast<double>(seen.size());
       CHECK(std::abs(value - 1) < 0.025);
     }
     CHECK(std::abs(mean - 1) < 0.012);

@@ -20,6 +20,7 @@ async function bundled(path, format) {
     entryPoints: [resolve(package_folder, path)],
     nodePaths: [modules],
     alias: {selvedge: package_folder},
+    external: ['fs', 'path'], define: {process: 'undefined'},  // of draco3d, in Node
     bundle: true, minify: true, write: false, format, target: 'es2022', legalComments: 'inline', logLevel: 'warning'
   });
   // Within a page a script ends at the first of these, even in a string.
