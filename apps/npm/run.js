@@ -17,7 +17,12 @@ function file_beside(name) {
   return request.response;
 }
 let compiled;
-const compile = async () => is_file ? WebAssembly.compile(file_beside('selvedge.wasm')) : WebAssembly.compileStreaming(fetch(new URL('selvedge.wasm', import.meta.url)));
+async function compile() {
+  if (is_file) return WebAssembly.compile(file_beside('selvedge.wasm'));
+  const answer = await fetch(new URL('selvedge.wasm', import.meta.url));
+  if (!answer.ok) throw new Error(`${answer.url}: ${answer.status}`);
+  return WebAssembly.compile(await answer.arrayBuffer());
+}
 const all_codecs = { ...codecs, draco: new DracoDecoder(() => file_beside('draco_decoder.wasm')) };
 
 /**

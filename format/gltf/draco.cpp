@@ -371,7 +371,7 @@ class Packer {
       const AccessorShape shape = reader_.accessor_shape(index_of(accessor), place);
       if (shape.count != count) return false;
       DracoAttribute& attribute =
-          streamed.emplace_back(semantic, shape, reader_.elements(index_of(accessor), place));
+          streamed.emplace_back(DracoAttribute{semantic, shape, reader_.elements(index_of(accessor), place)});
       if (shape.component_type == 5126)
         attribute.bits = bits_of(semantic, to_floats(attribute.elements, shape.component_type, false));
     }
