@@ -59,7 +59,7 @@ function light_of([x, y, z, intensity]) {
 
 /** Draws frames until all materials show what they can, and their images are at rest. */
 async function settle(scene, camera, materials) {
-  const is_ready = ({ shows, fabric }) => shows === 'fabric' || fabric?.state !== 'ready', target = renderer.getRenderTarget();
+  const is_ready = ({ shows, fabric, is_of_use }) => shows === 'fabric' || !is_of_use || fabric?.state !== 'ready', target = renderer.getRenderTarget();
   for (const end = performance.now() + 60000; performance.now() < end;) {
     renderer.render(scene, camera);
     // Else the graphics fall behind.
