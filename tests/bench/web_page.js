@@ -53,8 +53,7 @@ export async function open(file, width, height) {
   garment.traverse(({ material }) => material?.isFabricMaterial && materials.add(material));
   scene.add(garment);
   surroundings.stand(garment);
-  renderer.shadowMap.autoUpdate = false;
-  renderer.shadowMap.needsUpdate = true;
+  scene.traverse(({ shadow }) => shadow && Object.assign(shadow, { autoUpdate: false, needsUpdate: true }));
   for (await frame(); !shown(); await frame()) await change();
 }
 const shown = () => [...materials].every(({ shows }) => shows === (shows_fabric ? 'fabric' : 'fallback'));
@@ -71,6 +70,8 @@ export async function rest() {
 
 /** Makes the meshes skins of two bones, of which draw() turns the one at the right; the number of vertices. */
 export function skin() {
+  // Loops of three.js's nodes wait for a picture in frames of the browser, which are no work of the drawn one.
+  globalThis.requestAnimationFrame = (call) => setTimeout(() => call(performance.now()), 100);
   const meshes = [], trunk = new Bone();
   scene.traverse((mesh) => mesh.isMesh && meshes.push(mesh));
   scene.add(trunk.add(elbow));
