@@ -27,7 +27,7 @@ const VIEWS = {
   // Through holes, and with a mask, normals, a tint and occlusion of the garment's own.
   holes: { file: 'parts.gltf', look_at: [0, 0, -0.03], distance: 0.5, azimuth: 20, elevation: 15, width: 80, height: 80 },
   // The back of cloth, and the light that comes through it.
-  'both sides': { file: 'curtain.gltf', look_at: [0, 0, 0], distance: 0.3, azimuth: 160, elevation: 15, width: 80, height: 80, lights: [LIGHTS[0], BEHIND] },
+  'both sides': { file: 'curtain.gltf', look_at: [0, 0, 0], distance: 0.3, azimuth: 20, elevation: 15, width: 80, height: 80, lights: [LIGHTS[0], BEHIND] },
   environment: { look_at: [0.05, 0.3, 0.12], distance: 0.4, azimuth: 20, elevation: 8, width: 80, height: 60, environment: 'sky.hdr', shades: true },
 };
 /** Shadow maps of three.js have other filters, and nothing to do with the fabric. */
