@@ -72,6 +72,11 @@ double percentile(std::vector<double>& values, double fraction) {
   return *at;
 }
 
+/// Patches of a mesh in one fabric.
+Patches patches_of(const MergedSurfaces& mesh) {
+  return {mesh, std::vector{SurfaceMaterial{.fabric = 0}}, std::vector{0.2F}};
+}
+
 }  // namespace
 
 TEST_CASE(
@@ -79,10 +84,7 @@ TEST_CASE(
   test::Setting setting = yarn_ball(240, 180);
   const V3d origin(0, 0, 0);
   const MergedSurfaces mesh = merge(test::need(build_surfaces(setting.scene, origin)));
-  std::vector<SurfaceMaterial> materials(1);
-  materials[0].fabric = 0;
-  const std::vector<float> reliefs{0.2F};
-  Patches moved(mesh, materials, reliefs);
+  Patches moved = patches_of(mesh);
   const auto chosen = [&](Patches& patches, double zoom, bool moves) {
     setting.camera.zoom = zoom;
     patches.choose(test::camera_of(setting), origin, V2i(240, 180),
@@ -95,7 +97,7 @@ TEST_CASE(
     return std::vector<std::uint32_t>(patches.table().begin(), patches.table().end());
   };
   const auto fresh = [&](double zoom) {
-    Patches patches(mesh, materials, reliefs);
+    Patches patches = patches_of(mesh);
     return chosen(patches, zoom, false);
   };
   const auto near = chosen(moved, 1, true);
@@ -114,10 +116,7 @@ TEST_CASE("borders of patches are no more wrong than the yarn within them") {
   const Camera camera = test::camera_of(setting);
   const V3d origin(0, 0, 0);
   const MergedSurfaces mesh = merge(test::need(build_surfaces(setting.scene, origin)));
-  std::vector<SurfaceMaterial> materials(1);
-  materials[0].fabric = 0;
-  const std::vector<float> reliefs{0.2F};
-  Patches patches(mesh, materials, reliefs);
+  Patches patches = patches_of(mesh);
   const V2i size(setting.options.width, setting.options.height);
   // Finer ones than the frame's.
   patches.choose(camera, origin, size,
