@@ -2,9 +2,9 @@
 
 namespace selvedge {
 
-/// Around its begin, clockwise; none if there is no such half.
+/// The half from one vertex to another, looked for clockwise; `none` without one.
 int HalfEdges::find(int begin, int end) const {
-  const int first = leaving_[begin];
+  const int first = outgoing_[begin];
   for (int half = first; half != none;) {
     if (halves_[half].end == end) return half;
     half = halves_[half ^ 1].next;
@@ -33,12 +33,12 @@ bool HalfEdges::relink_fans(const std::array<Side, 3>& sides, Links& links) cons
 /// Links two sides at the vertex between them, of which one is new, and their other halves along the border.
 void HalfEdges::link_corner(int vertex, Side& side, Side& next, Links& links) {
   if (!side.is_new && !next.is_new) {
-    next.leaves_border = leaving_[vertex] == next.half;
+    next.was_known_border_half = outgoing_[vertex] == next.half;
     return;
   }
   const int arriving = next.half ^ 1;
   const int leaving = side.half ^ 1;
-  int& known = leaving_[vertex];
+  int& known = outgoing_[vertex];
   if (!next.is_new) {
     links.push_back({halves_[next.half].previous, leaving});
     known = leaving;
@@ -56,14 +56,14 @@ void HalfEdges::link_corner(int vertex, Side& side, Side& next, Links& links) {
 }
 
 void HalfEdges::know_border(int vertex) {
-  int half = leaving_[vertex];
+  int half = outgoing_[vertex];
   do {
     if (is_border(half)) {
-      leaving_[vertex] = half;
+      outgoing_[vertex] = half;
       return;
     }
     half = halves_[half ^ 1].next;
-  } while (half != leaving_[vertex]);
+  } while (half != outgoing_[vertex]);
 }
 
 bool HalfEdges::add_face(const std::array<int, 3>& corners) {
@@ -93,7 +93,7 @@ bool HalfEdges::add_face(const std::array<int, 3>& corners) {
     halves_[next].previous = half;
   }
   for (std::size_t i = 0; i < 3; ++i)
-    if (sides[i].leaves_border) know_border(corners[i]);
+    if (sides[i].was_known_border_half) know_border(corners[i]);
   return true;
 }
 

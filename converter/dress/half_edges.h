@@ -11,11 +11,11 @@ namespace selvedge {
 class HalfEdges {
  public:
   int add_vertex() {
-    leaving_.push_back(none);
-    return static_cast<int>(leaving_.size()) - 1;
+    outgoing_.push_back(none);
+    return static_cast<int>(outgoing_.size()) - 1;
   }
   /// Whether a face may be added at a vertex.
-  bool is_open(int vertex) const { return leaving_[vertex] == none || is_border(leaving_[vertex]); }
+  bool is_open(int vertex) const { return outgoing_[vertex] == none || is_border(outgoing_[vertex]); }
   /// Adds a face with corners in this order, counter-clockwise; false, and nothing changes, where a vertex or
   /// an edge has faces all around, or faces at one of its vertices cannot be sorted around that.
   bool add_face(const std::array<int, 3>& corners);
@@ -41,7 +41,7 @@ class HalfEdges {
   struct Side {
     int half;
     bool is_new;
-    bool leaves_border = false;  ///< the border's half that its vertex knew is no longer one
+    bool was_known_border_half = false;  ///< the border's half that its vertex knew is no longer one
   };
   using Links = std::vector<std::array<int, 2>>;
 
@@ -52,8 +52,8 @@ class HalfEdges {
   void know_border(int vertex);
 
   std::vector<Half> halves_;
-  std::vector<int> leaving_;  ///< by vertex: a half that begins there, of the border if there is one
-  std::vector<int> first_;    ///< by face
+  std::vector<int> outgoing_;  ///< by vertex: a half that begins there, of the border if there is one
+  std::vector<int> first_;     ///< by face
 };
 
 }  // namespace selvedge

@@ -14,12 +14,12 @@ constexpr int stages = 8;
 constexpr int stage_steps = 6;
 /// While pressed, soft sections are fitted to their contacts every so many steps; and such steps for each
 /// step of rest.
-constexpr int steps_between_sections = 3;
-constexpr int pressing_parts = 2;
+constexpr int steps_between_section_fits = 3;
+constexpr int pressing_steps_per_rest_step = 2;
 /// The press that finishes soft cloth within these radii of its middle (ribs and cables are left to stand
 /// out): fraction of its height from which on it is pressed, and its stiffness.
 constexpr double flat_height = 2.5;
-constexpr double pressed_height = 0.75;
+constexpr double pressed_height_fraction = 0.75;
 constexpr double pressing_stiffness = 0.5;
 /// Factor on the stiffness of pieces and contacts at last.
 constexpr double last_stiffness = 8;
@@ -62,7 +62,7 @@ void KnitCloth::rest(const ClothGoal& goal) {
   double height = 0;
   for (const V3d& p : points_) height = std::max(height, std::abs(p.z));
   if (goal.presses && height < flat_height * unit_ && std::ranges::any_of(chains_, &Chain::soft)) {
-    height_ = pressed_height * height;
+    height_ = pressed_height_fraction * height;
     flat_stiffness_ = pressing_stiffness;
   }
   for (int stage = 1; stage <= stages; ++stage) {
@@ -78,7 +78,7 @@ void KnitCloth::rest(const ClothGoal& goal) {
   float_factor_ = goal.float_factor;
   is_free_ = goal.is_free;
   if (goal.presses) stiffness_ = last_stiffness;
-  converge(goal.max_steps, goal.presses ? pressing_parts * goal.max_steps : 0);
+  converge(goal.max_steps, goal.presses ? pressing_steps_per_rest_step * goal.max_steps : 0);
   for (int k = 0; goal.presses && overlap_ > max_overlap && k < max_thinnings; ++k) {
     thin_ *= 1 - 0.5 * std::min(0.2, overlap_ - max_overlap + touching_overlap);
     set_radii();
@@ -102,7 +102,7 @@ void KnitCloth::converge(int max_steps, int pressing_steps) {
   int since_factor = steps_between_factors;
   for (int k = 0; k < pressing_steps + max_steps; ++k) {
     const int rested = k - pressing_steps;
-    if (rested < 0 && k % steps_between_sections == 0) {
+    if (rested < 0 && k % steps_between_section_fits == 0) {
       press_sections();
       set_sections();
       value = energy(gradient_);

@@ -31,7 +31,7 @@ std::string stitch_text_in(const std::string& path) {
       {Code::stitch_unknown, path, "", "no such file and no such built-in stitch (there are " + names + ")"}};
 }
 
-nlohmann::ordered_json cells_in(const std::string& path) {
+nlohmann::ordered_json chart_or_draft_json(const std::string& path) {
   const auto text = catch_failure([&] { return Result<std::string>(stitch_text_in(path)); });
   const StitchText kind = text ? kind_of_text(*text, path) : StitchText::description;
   nlohmann::ordered_json cells;

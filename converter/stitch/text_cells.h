@@ -24,6 +24,6 @@ std::string stitch_text_in(const std::string& path);
 /// `ends`, `picks`, `shafts`, `treadles`; up to max_cell_side of them the numbers of `threading`, `tieup`,
 /// and `treadling` or, without treadles, `liftplan`, and `drawdown`, # where the warp is over; `lines` of
 /// sections and entries, by the names that messages give them.
-nlohmann::ordered_json cells_in(const std::string& path);
+nlohmann::ordered_json chart_or_draft_json(const std::string& path);
 
 }  // namespace selvedge

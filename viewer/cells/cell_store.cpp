@@ -38,7 +38,7 @@ constexpr float transmitted_by_thin_cloth = 0.5F;
 constexpr float relief_of_texels = 0.2F;
 
 /// Pixels around a part of a repeat that its image has, too, besides its offset.
-constexpr float around_part = 1;
+constexpr float part_margin_pixels = 1;
 
 /// Pixels of coarser images are larger, in steps of a quarter of an octave.
 constexpr float step_larger = 1.189207F;
@@ -107,7 +107,7 @@ struct CellStore::Wanted {
   V2f period{1, 1};  ///< mm
   V2f pixel_width_texels{1, 1};
   RepeatParts parts = whole_repeat;
-  float around = around_part;  ///< pixels
+  float around = part_margin_pixels;  ///< pixels
   std::uint32_t plane_lights = 0, lit = 0;
   float brightness = 1;
 };
@@ -207,7 +207,7 @@ void CellStore::begin(const CellFrame& frame) {
        {&options_.samples_per_pixel_side, &options_.shadow_texels_per_pixel, &options_.rays_per_pixel_side})
     *per_pixel *= fraction;
   options_.patches.max_turn_degrees *= std::min(2 * fraction, 1.0F);
-  options_.patches.max_small_offset *= std::min(2 * fraction, 1.0F) * std::pow(levels_.footprint_pixels, 2.F);
+  options_.patches.max_offset_area *= std::min(2 * fraction, 1.0F) * std::pow(levels_.footprint_pixels, 2.F);
   lights_ = frame.lights;
   lights_.origin = origin_;
   frame_ = call_ + 1;

@@ -21,7 +21,7 @@ constexpr double farthest = 1 << 30;
 /// Patches are split for point lights while they reach so far, in distances to the light.
 constexpr float wide_for_light = 0.1F;
 /// Least cosine between ray and normal by which offsets are lengthened.
-constexpr float min_facing = 0.1F;
+constexpr float min_view_cosine = 0.1F;
 constexpr float merging = 0.8F;  ///< factor on limits of patches that the last frame split
 
 struct Box {
@@ -362,7 +362,7 @@ bool Patches::View::splits(const Patch& patch, const Projected& seen, const Patc
 float Patches::View::offset(const Patch& patch, const Projected& seen, float relief) const {
   const float apart = parallel ? 0 : 0.5F * seen.longest / scale;
   const float turn = 0.5F * std::acos(std::clamp(turn_cosine(patch), -1.0F, 1.0F));
-  return (apart + turn) * relief * seen.pixels_of_repeat / std::max(seen.facing, min_facing);
+  return (apart + turn) * relief * seen.pixels_of_repeat / std::max(seen.facing, min_view_cosine);
 }
 
 void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, const PatchLimits& limits,
@@ -373,7 +373,7 @@ void Patches::choose(const Camera& camera, const V3d& origin, const V2i& frame, 
   PatchLimits merging_limits = limits;
   for (float* limit : {&merging_limits.max_side_pixels, &merging_limits.max_turn_degree_pixels,
                        &merging_limits.max_turn_degrees, &merging_limits.max_outline_pixels,
-                       &merging_limits.max_offset_pixels, &merging_limits.max_small_offset})
+                       &merging_limits.max_offset_pixels, &merging_limits.max_offset_area})
     *limit *= merging;
   View view{V3f(camera.position - origin),
             V3f(camera.right),
@@ -419,7 +419,7 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
       splits = (seen.longest > fraction && view.is_near_light(patch, seen.radius / 2 / fraction)) ||
                (repeats > 1 ? view.splits(patch, seen, limits)
                             : shown.offset >
-                                  std::max(limits.max_offset_pixels, limits.max_small_offset / seen.longest));
+                                  std::max(limits.max_offset_pixels, limits.max_offset_area / seen.longest));
   }
   if (splits) {
     splits_[number] = 1;
