@@ -77,10 +77,7 @@ void write_parts(const std::string& path, const py::dict& parts) {
     const py::gil_scoped_release unlock;
     written = catch_failure([&] {
       auto file = value_or_throw(AtomicFile::create(path));
-      auto writer = value_or_throw(ExrWriter::create(file.temporary_path(), heads));
-      for (std::size_t k = 0; k < heads.size(); ++k)
-        value_or_throw(writer.write_level(static_cast<int>(k), 0, all[k]));
-      value_or_throw(writer.commit());
+      value_or_throw(write_exr_file(file.temporary_path(), heads, [&](int part, int) { return all[part]; }));
       value_or_throw(read_samples(file.temporary_path()));
       value_or_throw(file.commit());
     });

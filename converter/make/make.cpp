@@ -14,8 +14,8 @@
 #include "fitter/budget/candidates.h"
 #include "format/base/guard.h"
 #include "format/base/mip.h"
+#include "format/fabric/file.h"
 #include "format/fabric/json_parts.h"
-#include "format/fabric/size.h"
 
 namespace selvedge {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "format/exr/size.h"
+#include "format/exr/exr.h"
 
 namespace selvedge {
 

@@ -1,9 +1,10 @@
 // OpenEXR files of several parts, as fabric and samples files are: the subset of spec/fabric.md, "Container".
-// They are written by OpenEXR (exr.cpp) and read by our own code (reader.cpp), which trusts nothing in a
-// file.
+// They are read by our own code, which trusts nothing in a file; OpenEXR would not run in browsers, nor count
+// the bytes of a file.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -51,21 +52,20 @@ struct ExrLimits {
   int attributes = 1 << 12;  ///< of a part
 };
 
-/// Writes parts in their order, each level exactly once; a single one as a picture, which is not of the
-/// subset. The file appears at `path` with commit(). Its bytes do not depend on the number of threads.
-class ExrWriter {
- public:
-  static Result<ExrWriter> create(const std::string& path, std::vector<ExrPart> parts);
+/// The pixels of a level of a part, asked for once each.
+using ExrPixelsAt = std::function<ExrPixels(int part, int level)>;
 
-  /// A value beyond the range of half precision (65,504) is an error, never rounded to infinity.
-  Result<void> write_level(int part, int level, const ExrPixels& pixels);
-  Result<void> commit();
+/// The bytes of a file of parts in their order; a single one of scanlines is a picture, which is not of the
+/// subset. They are those of OpenEXR, for any number of threads.
+std::string exr_file(std::vector<ExrPart> parts, const ExrPixelsAt& pixels_at);
 
- private:
-  struct State;
-  explicit ExrWriter(std::shared_ptr<State> state) : state_(std::move(state)) {}
-  std::shared_ptr<State> state_;
-};
+/// Writes it atomically. A value beyond the range of half precision (65,504) in a channel of halves is an
+/// error, never rounded to infinity.
+Result<void> write_exr_file(const std::string& path, const std::vector<ExrPart>& parts,
+                            const ExrPixelsAt& pixels_at);
+
+/// Bytes of the pixels of a level of a part in the file, without the headers of the chunks.
+std::uint64_t exr_packed_bytes(ExrPart part, int level, const ExrPixels& pixels);
 
 /// Checks headers, offset tables and headers of chunks when the file is opened, and reads pixels on demand.
 /// EXR_MALFORMED for a file that breaks a rule of OpenEXR, EXR_UNSUPPORTED beyond the subset, FILE_DAMAGED
@@ -96,8 +96,5 @@ class ExrReader {
 /// XXH3-128 (xxHash 0.8) over the decoded pixels, as 32 lower-case hexadecimal digits: channels in byte order
 /// of their names, each plane row by row from the top, little-endian in the channel's own precision.
 std::string digest_of(const ExrPart& part, const ExrPixels& pixels);
-
-/// The bytes packed by zlib at level 4, as OpenEXR packs them.
-std::vector<std::uint8_t> exr_deflate(std::span<const std::uint8_t> bytes);
 
 }  // namespace selvedge

@@ -239,6 +239,7 @@ constexpr std::size_t max_short_name = 31;
 std::string encode_exr_headers(const std::vector<ExrPart>& parts) {
   constexpr std::int32_t one = 0x3F800000;  // as a float
   const auto window = [](const ExrPart& p) { return exr_int32_bytes({0, 0, p.width - 1, p.height - 1}); };
+  const bool is_picture = parts.size() == 1;
   std::string bytes;
   std::size_t longest = 0;  // of all names
   for (const ExrPart& part : parts) {
@@ -262,6 +263,7 @@ std::string encode_exr_headers(const std::vector<ExrPart>& parts) {
         {"screenWindowWidth", {"float", exr_int32_bytes({one})}}};
     if (part.has_mipmaps)
       attributes["tiles"] = {"tiledesc", exr_int32_bytes({part.tile_size.x, part.tile_size.y}) + '\1'};
+    if (is_picture) attributes.erase("chunkCount");
     for (const auto& [name, text] : part.attributes) attributes[name] = {"string", text};
     for (const auto& [name, attribute] : attributes) {
       const auto& [type, value] = attribute;
@@ -270,8 +272,9 @@ std::string encode_exr_headers(const std::vector<ExrPart>& parts) {
     }
     bytes += '\0';
   }
-  const std::uint32_t flags = multi_part | (longest > max_short_name ? long_names : 0);
-  return exr_int32_bytes({magic, static_cast<std::int32_t>(version_2 | flags)}) + bytes + '\0';
+  const std::uint32_t flags = (is_picture ? 0 : multi_part) | (longest > max_short_name ? long_names : 0);
+  bytes = exr_int32_bytes({magic, static_cast<std::int32_t>(version_2 | flags)}) + bytes;
+  return is_picture ? bytes : bytes + '\0';
 }
 
 ExrLayout read_exr_headers(const InputFile& source, const ExrLimits& limits) {

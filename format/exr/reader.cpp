@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "format/base/digest.h"
 #include "format/base/mip.h"
 #include "format/exr/bytes.h"
 #include "format/exr/layout.h"
@@ -135,30 +136,19 @@ Result<ExrPixels> ExrReader::read_level(int part_index, int level) {
   }
 }
 
-namespace {
-/// As compress2(), whose state takes as long to set up as a level's layer to pack.
-struct Deflater {
-  z_stream stream{};
-  Deflater() { deflateInit(&stream, 4); }
-  Deflater(const Deflater&) = delete;
-  Deflater& operator=(const Deflater&) = delete;
-  ~Deflater() { deflateEnd(&stream); }
-};
-}  // namespace
-
-std::vector<std::uint8_t> exr_deflate(std::span<const std::uint8_t> bytes) {
-  thread_local Deflater deflater;
-  z_stream& stream = deflater.stream;
-  deflateReset(&stream);
-  std::vector<std::uint8_t> packed(deflateBound(&stream, bytes.size()));
-  stream.next_in = const_cast<Bytef*>(bytes.data());
-  stream.avail_in = static_cast<uInt>(bytes.size());
-  stream.next_out = packed.data();
-  stream.avail_out = static_cast<uInt>(packed.size());
-  // Cannot fail: the buffer has the maximum size.
-  deflate(&stream, Z_FINISH);
-  packed.resize(stream.total_out);
-  return packed;
+std::string digest_of(const ExrPart& part, const ExrPixels& pixels) {
+  Digest digest;
+  std::vector<Imath::half> halves;
+  for (const std::size_t channel : exr_channel_order(part)) {
+    const std::vector<float>& plane = pixels.planes[channel];
+    if (part.channels[channel].is_half) {
+      halves.assign(plane.begin(), plane.end());
+      digest.update(halves.data(), halves.size() * sizeof(Imath::half));
+    } else {
+      digest.update(plane.data(), plane.size() * sizeof(float));
+    }
+  }
+  return digest.hex();
 }
 
 }  // namespace selvedge

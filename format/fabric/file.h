@@ -80,6 +80,10 @@ Result<Fabric> read_fabric(const std::string& path, const FabricLimits& limits =
 Result<Fabric> read_fabric(std::span<const std::uint8_t> bytes, const std::string& name,
                            const FabricLimits& limits = {});
 
+/// Size of the file that write_fabric() makes. Refuses an invalid fabric, but not values beyond the
+/// precision.
+Result<std::uint64_t> fabric_file_bytes(const Fabric& fabric, const FabricWriteOptions& options = {});
+
 /// The limits of the file that has the fabric.
 ExrLimits exr_limits(const FabricLimits& limits);
 

@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <numbers>
 
-#include "format/exr/size.h"
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
 #include "format/fabric/level_values.h"
 #include "format/fabric/names.h"
-#include "format/fabric/size.h"
 
 namespace selvedge {
 namespace {
@@ -213,20 +211,14 @@ Fabric round_to_stored_precision(const Fabric& fabric, const LayerSet& half) {
 Result<std::uint64_t> fabric_file_bytes(const Fabric& fabric, const FabricWriteOptions& options) {
   const auto planned = FabricParts::plan({}, fabric, options);
   if (!planned) return tl::unexpected(planned.error());
-  return exr_file_bytes(planned->parts, [&](int part, int level) { return planned->pixels(part, level); });
+  return exr_file(planned->parts, [&](int part, int level) { return planned->pixels(part, level); }).size();
 }
 
 Result<void> write_fabric(const std::string& path, const Fabric& fabric, const FabricWriteOptions& options) {
   const auto planned = FabricParts::plan(path, fabric, options);
   if (!planned) return tl::unexpected(planned.error());
-  auto writer = ExrWriter::create(path, planned->parts);
-  if (!writer) return tl::unexpected(writer.error());
-  for (int part = 0; part < std::ssize(planned->parts); ++part) {
-    for (int level = 0; level < planned->parts[part].levels; ++level) {
-      if (auto ok = writer->write_level(part, level, planned->pixels(part, level)); !ok) return ok;
-    }
-  }
-  return writer->commit();
+  return write_exr_file(path, planned->parts,
+                        [&](int part, int level) { return planned->pixels(part, level); });
 }
 
 }  // namespace selvedge

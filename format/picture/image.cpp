@@ -160,9 +160,7 @@ Result<void> write_exr(const std::string& path, const Image& image) {
     std::vector<float>& plane = pixels.planes.emplace_back();
     for (std::size_t i = c; i < image.pixels.size(); i += image.channels) plane.push_back(image.pixels[i]);
   }
-  Result<ExrWriter> writer = ExrWriter::create(path, {part});
-  if (!writer) return tl::unexpected(writer.error());
-  return writer->write_level(0, 0, pixels).and_then([&] { return writer->commit(); });
+  return write_exr_file(path, {part}, [&](int, int) { return std::move(pixels); });
 }
 
 }  // namespace selvedge

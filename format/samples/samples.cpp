@@ -441,12 +441,8 @@ Result<void> write_samples(const std::string& path, const Samples& samples) {
       add(yarn_light_part(h, names::part_light_through), {indirect_values(samples.yarns, true)});
   }
   parts.front().attributes[names::attribute_samples] = samples_header_to_json(h);
-  return catch_failure([&] {
-    auto writer = value_or_throw(ExrWriter::create(path, parts));
-    for (std::size_t i = 0; i < parts.size(); ++i)
-      value_or_throw(writer.write_level(static_cast<int>(i), 0,
-                                        {parts[i].width, parts[i].height, std::move(planes_of[i])}));
-    return writer.commit();
+  return write_exr_file(path, parts, [&](int part, int) {
+    return ExrPixels{parts[part].width, parts[part].height, std::move(planes_of[part])};
   });
 }
 

@@ -7,7 +7,6 @@
 
 #include "format/fabric/file.h"
 #include "format/fabric/names.h"
-#include "tests/format/files.h"
 #include "tests/fuzz/mutate.h"
 #include "tests/fuzz/target.h"
 
@@ -38,20 +37,6 @@ std::optional<File> read_file(std::span<const std::uint8_t> bytes) {
     }
   }
   return file;
-}
-
-/// Nothing if the writer refuses it.
-std::string written(const File& file) {
-  static const test::Folder folder;
-  const std::string path = folder / "mutated.exr";
-  auto writer = ExrWriter::create(path, file.parts);
-  if (!writer) return {};
-  for (std::size_t p = 0; p < file.levels.size(); ++p) {
-    for (std::size_t k = 0; k < file.levels[p].size(); ++k) {
-      if (!writer->write_level(static_cast<int>(p), static_cast<int>(k), file.levels[p][k])) return {};
-    }
-  }
-  return writer->commit() ? test::bytes_of(path) : std::string();
 }
 
 void mutate_pixels(File& file, Choice& choice) {
@@ -134,6 +119,6 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
   else
     mutate_parts(*file, choice);
   if (!choice.one_in(8) && !file->parts.empty()) seal(*file);
-  const std::string bytes = written(*file);
-  return bytes.empty() ? LLVMFuzzerMutate(data, size, max_size) : give(bytes, data, size, max_size);
+  return give(exr_file(file->parts, [&](int part, int level) { return file->levels[part][level]; }), data,
+              size, max_size);
 }

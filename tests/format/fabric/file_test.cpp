@@ -4,7 +4,6 @@
 
 #include <filesystem>
 
-#include "format/fabric/size.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
 #include "tests/format/yarn_data.h"
