@@ -26,22 +26,13 @@ float to_finite_float(double value) {
   return static_cast<float>(std::clamp(value, -largest, largest));
 }
 
-LobeFitOptions lobe_fit_options(const FitOptions& from, int texels_of_level) {
-  LobeFitOptions options;
-  options.channel.view_table = from.view_table;
-  options.channel.table = from.table;
-  options.lobes = from.lobes;
-  options.starts = from.starts;
-  // Small levels take little time, and distant views show their errors.
+/// Small levels take little time, and distant views show their errors.
+FitOptions options_of_level(FitOptions options, int texels) {
   constexpr int small = 16;
   constexpr int tiny = 4;
-  if (texels_of_level <= small) {
-    const bool is_tiny = texels_of_level <= tiny;
-    options.starts = std::max(is_tiny ? 48 : 16, from.starts);
-    options.finalists = is_tiny ? 24 : 4;
-  }
-  options.max_iterations = from.max_iterations;
-  options.tolerance = from.tolerance;
+  if (texels > small) return options;
+  options.starts = std::max(texels > tiny ? 16 : 48, options.starts);
+  options.finalists = texels > tiny ? 4 : 24;
   return options;
 }
 
@@ -71,7 +62,7 @@ FabricLevel blank_level(const SampleLevel& samples, const SamplesHeader& header,
 
 /// Fits a texel of a level and stores it.
 void fit_one(const SampleLevel& from, std::size_t texel, const TexelDirections& directions,
-             const LobeFitOptions& options, const TexelFit& texel_fit, FabricLevel& level) {
+             const FitOptions& options, const TexelFit& texel_fit, FabricLevel& level) {
   const std::size_t views = directions.views.size();
   const float* alpha = &from.alpha[texel * views];
   const V3f* radiance = &from.radiance[texel * views * directions.lights.size()];
@@ -129,10 +120,10 @@ Result<Fabric> fit(const SampleLevel& samples, const SamplesHeader& header, cons
     if (k > 0) pooled = pool(k > 1 ? pooled : samples);
     const SampleLevel& from = k > 0 ? pooled : samples;
     FabricLevel level = blank_level(from, header, options);
-    const LobeFitOptions lobe_options = lobe_fit_options(options, level.texels());
+    const FitOptions level_options = options_of_level(options, level.texels());
     std::mutex guard;
     parallel_for(0, level.texels(), [&](std::size_t texel) {
-      fit_one(from, texel, directions, lobe_options, texel_fit, level);
+      fit_one(from, texel, directions, level_options, texel_fit, level);
       const std::lock_guard lock(guard);
       fitted_texels += 1;
       if (progress) progress(fitted_texels / all_texels);

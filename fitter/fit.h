@@ -15,19 +15,8 @@
 
 namespace selvedge {
 
-/// The bound on a lobe's peak (channel_problem.h) holds before the table is normalised: in the fabric a lobe
-/// may reach its bound times the former mean of the table; T times the lobe is bounded as before.
-struct FitOptions {
-  int lobes = 2;           ///< 0 to 16
-  bool view_table = true;  ///< else T = 1 and the layer is left out
-  DirectionTableOptions table;
-  int starts = 3;           ///< searches per texel and channel; more on levels of at most 16
-  int max_iterations = 60;  ///< of a search
-  double tolerance = 1e-4;  ///< fraction of the cost; an iteration that gains less ends a search
-};
-
 /// Fits one texel; called from several threads.
-using TexelFit = std::function<std::array<ChannelFit, 3>(const TexelSamples&, const LobeFitOptions&)>;
+using TexelFit = std::function<std::array<ChannelFit, 3>(const TexelSamples&, const FitOptions&)>;
 
 /// Fits all levels down to 1 x 1. The result does not depend on the number of threads, and is finite. A texel
 /// that is a hole from every view becomes black with T = 1 and alpha 0. Lobes and tables are fitted to the

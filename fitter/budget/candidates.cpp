@@ -9,7 +9,6 @@
 #include <set>
 #include <utility>
 
-#include "fitter/products/coded_size.h"
 #include "fitter/products/quantise.h"
 #include "fitter/solve/radiance_scale.h"
 #include "format/base/guard.h"
@@ -100,7 +99,7 @@ float interpolated(const DirectionTaps& taps, const float* values) {
 }
 
 /// Sizes, frames and opacity of the paper's fit, with lobes and tables that are not searched.
-std::array<ChannelFit, 3> dark_texel(const TexelSamples& samples, const LobeFitOptions& options) {
+std::array<ChannelFit, 3> dark_texel(const TexelSamples& samples, const FitOptions& options) {
   ChannelFit fit;
   fit.parameters.assign(parameter_count(options.lobes), 0);
   fit.table.assign(samples.view_count, 1);
@@ -108,7 +107,7 @@ std::array<ChannelFit, 3> dark_texel(const TexelSamples& samples, const LobeFitO
 }
 
 /// A fit to compare with others; the searches left out gain few per cent.
-std::array<ChannelFit, 3> quick_texel(const TexelSamples& samples, LobeFitOptions options) {
+std::array<ChannelFit, 3> quick_texel(const TexelSamples& samples, FitOptions options) {
   options.starts = options.finalists = 1;
   options.tolerance = 0.01;
   return fit_texel(samples, options);

@@ -4,9 +4,6 @@
 #include <limits>
 #include <numeric>
 
-#include "fitter/solve/small_solve.h"
-#include "fitter/solve/view_sums.h"
-
 namespace selvedge {
 namespace {
 
@@ -154,7 +151,7 @@ double DirectionTableSystem::penalty(const double* table) const {
   return sum;
 }
 
-ChannelProblem::ChannelProblem(const TexelSamples& samples, int channel, const ChannelOptions& options)
+ChannelProblem::ChannelProblem(const TexelSamples& samples, int channel, const FitOptions& options)
     : samples_(samples),
       channel_(channel),
       options_(options),

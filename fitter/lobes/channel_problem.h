@@ -53,11 +53,18 @@ class DirectionTableSystem {
   std::vector<double> band_;
 };
 
-struct ChannelOptions {
-  bool view_table = true;  ///< else T = 1
+/// The bound on a lobe's peak holds before the table is normalised: in the fabric a lobe may reach its bound
+/// times the former mean of the table; T times the lobe is bounded as before.
+struct FitOptions {
+  int lobes = 2;           ///< 0 to 16
+  bool view_table = true;  ///< else T = 1 and the layer is left out
   DirectionTableOptions table;
-  double min_exponent = 1;
-  double max_exponent = LobeBounds().max_exponent;
+  int starts = 3;           ///< short searches per texel and channel; fit() makes more on small levels
+  int finalists = 1;        ///< the best of them, which are continued to the end; likewise
+  int max_iterations = 60;  ///< of a search
+  /// A search ends if an iteration lowers the cost by less than this fraction, or the next one is expected
+  /// to.
+  double tolerance = 1e-4;
   /// Upper bound of a lobe, in units of the largest radiance over cosine (with a cosine of at least 0.25, as
   /// the ratio has no meaning near the texel's horizon). As l and v are unit vectors, the base of a lobe is
   /// at most max |d| = 1, and the bound holds in every direction, sampled or not.
@@ -85,9 +92,9 @@ struct NormalEquations {
 class ChannelProblem {
  public:
   /// `samples` must outlive the problem.
-  ChannelProblem(const TexelSamples& samples, int channel, const ChannelOptions& options);
+  ChannelProblem(const TexelSamples& samples, int channel, const FitOptions& options);
 
-  LobeBounds bounds() const { return {peak_, options_.min_exponent, options_.max_exponent}; }
+  LobeBounds bounds() const { return {peak_}; }
   /// sum over views and lights of w r^2
   double weighted_squared_radiance() const { return energy_; }
   /// Upper bound of a lobe.
@@ -108,7 +115,7 @@ class ChannelProblem {
 
   const TexelSamples& samples_;
   int channel_;
-  ChannelOptions options_;
+  FitOptions options_;
   double energy_;
   double peak_;
   double ridge_;

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "fitter/lobes/lobe_starts.h"
-#include "fitter/solve/small_solve.h"
 #include "format/fabric/lafortune.h"
 
 namespace selvedge {
@@ -45,7 +44,7 @@ ChannelState diffuse_state(const TexelSamples& samples, int lobes) {
 /// more than two lobes start from the best result with one lobe less, because with more lobes the dictionary
 /// finds fewer of the good minima.
 void search_lobes(ChannelProblem& problem, StartSearch& search, int channel, int lobes,
-                  const LobeFitOptions& options, ChannelState& best) {
+                  const FitOptions& options, ChannelState& best) {
   constexpr int start_iterations = 6;
   constexpr int max_dictionary_lobes = 2;
   std::vector<ChannelState> states;
@@ -145,12 +144,12 @@ void minimise(ChannelProblem& problem, ChannelState& state, double tolerance, in
   }
 }
 
-std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options) {
+std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const FitOptions& options) {
   std::array<ChannelFit, 3> fits;
   thread_local StartSearch search;
   search.set_samples(samples);
   for (int c = 0; c < 3; ++c) {
-    ChannelProblem problem(samples, c, options.channel);
+    ChannelProblem problem(samples, c, options);
     ChannelState best = diffuse_state(samples, options.lobes);
     problem.evaluate(best, turns);
     if (options.lobes > 0 && best.error > 1e-6 * problem.weighted_squared_radiance())

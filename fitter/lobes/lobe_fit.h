@@ -7,17 +7,6 @@
 
 namespace selvedge {
 
-struct LobeFitOptions {
-  ChannelOptions channel;
-  int lobes = 2;
-  int starts = 3;           ///< short searches
-  int finalists = 1;        ///< the best of the starts, which are continued to the end
-  int max_iterations = 60;  ///< of each search
-  /// A search ends if an iteration lowers the cost by less than this fraction, or the next one is expected
-  /// to.
-  double tolerance = 1e-4;
-};
-
 /// Fitted parameters of one channel of a texel.
 struct ChannelFit {
   std::vector<double> parameters;  ///< as in lafortune.h
@@ -32,6 +21,6 @@ void minimise(ChannelProblem& problem, ChannelState& state, double tolerance, in
 ChannelFit to_channel_fit(const TexelSamples& samples, int channel, const ChannelState& state);
 
 /// Fits all three channels. Parameters and table are finite for any samples.
-std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const LobeFitOptions& options);
+std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const FitOptions& options);
 
 }  // namespace selvedge

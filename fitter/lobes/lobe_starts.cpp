@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 
-#include "fitter/solve/small_solve.h"
 #include "format/simd/wide.h"
 
 namespace selvedge {

@@ -1,5 +1,7 @@
 #include "fitter/lobes/lobe_step.h"
 
+#include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <cmath>
 
@@ -33,6 +35,24 @@ bool is_at_bound(std::size_t unknown, double gradient, const LobeBounds& bounds,
   };
   if (unknown == 0) return is_beyond(size, 0, bounds.max_size);
   return unknown == 3 && is_beyond(shape.exponent, bounds.min_exponent, bounds.max_exponent);
+}
+
+bool solve_symmetric(std::vector<double>& matrix, std::vector<double>& b, const std::vector<char>& fixed) {
+  const auto n = static_cast<Eigen::Index>(b.size());
+  Eigen::Map<Eigen::MatrixXd> m(matrix.data(), n, n);
+  Eigen::Map<Eigen::VectorXd> x(b.data(), n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (!fixed[static_cast<std::size_t>(i)]) continue;
+    m.row(i).setZero();
+    m.col(i).setZero();
+    m(i, i) = 1;
+    x[i] = 0;
+  }
+  // In place. Eigen takes NaN on the diagonal for positive.
+  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factors(m);
+  if (factors.info() != Eigen::Success || !(m.diagonal().array() > 0).all()) return false;
+  factors.solveInPlace(x);
+  return true;
 }
 
 }  // namespace selvedge

@@ -47,6 +47,16 @@ class LobeMoments {
   std::vector<float> scratch_;  ///< columns of some lights
 };
 
+/// Sum of a b over `count` views, a multiple of 8: eight partial sums, then their sum, so that the bits are
+/// the same on every processor.
+double dot(const double* a, const double* b, std::size_t count);
+
+/// to += c a b
+void add_product(double* to, double c, const double* a, const double* b, std::size_t count);
+
+/// to += c a
+void add_scaled(double* to, double c, const double* a, std::size_t count);
+
 /// Bounds of a lobe's size and exponent.
 struct LobeBounds {
   double max_size = 0;
@@ -74,5 +84,9 @@ void move_lobe(const LobeStep& step, const LobeBounds& bounds, LobeShape& shape,
 /// outwards.
 bool is_at_bound(std::size_t unknown, double gradient, const LobeBounds& bounds, const LobeShape& shape,
                  double size);
+
+/// Solves matrix x = b by Cholesky's factorisation, with x = 0 for unknowns that are `fixed`. `matrix`:
+/// row-major, symmetric; it is overwritten, b becomes x. False if the matrix is not positive definite.
+bool solve_symmetric(std::vector<double>& matrix, std::vector<double>& b, const std::vector<char>& fixed);
 
 }  // namespace selvedge

@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "format/base/parallel.h"
+#include "format/exr/exr.h"
 
 namespace selvedge {
 namespace {
@@ -147,6 +149,18 @@ BasisFit quantise(const BasisFit& basis, const Quantisation& options) {
   for (const std::size_t m : kept) result.pairs.push_back(basis.pairs[m]);
   for (const int number : numbers) result.coefficient.push_back(options.step * static_cast<float>(number));
   return result;
+}
+
+double coded_bytes(const std::vector<float>& values, std::size_t channels, std::size_t width) {
+  if (values.empty()) return 0;
+  ExrPart part;
+  part.width = static_cast<int>(width);
+  part.height = static_cast<int>(values.size() / channels / width);
+  part.has_mipmaps = true;
+  part.channels.resize(channels);
+  ExrPixels pixels{part.width, part.height, std::vector<std::vector<float>>(channels)};
+  for (std::size_t i = 0; i < values.size(); ++i) pixels.planes[i % channels].push_back(values[i]);
+  return static_cast<double>(exr_packed_bytes(std::move(part), 0, pixels));
 }
 
 }  // namespace selvedge

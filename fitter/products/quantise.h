@@ -23,4 +23,8 @@ std::size_t kept_pair_count(const BasisFit& basis, const Quantisation& options);
 /// Does not depend on the number of threads.
 BasisFit quantise(const BasisFit& basis, const Quantisation& options);
 
+/// Bytes of `values` ([texel][channel], rows of `width` texels) in half precision, in the writer's
+/// tiles and ZIP, without the headers of chunks.
+double coded_bytes(const std::vector<float>& values, std::size_t channels, std::size_t width);
+
 }  // namespace selvedge

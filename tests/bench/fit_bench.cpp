@@ -49,21 +49,21 @@ Run run(const SampleLevel& level, const SamplesHeader& header, const FitOptions&
   Run run;
   std::mutex guard;
   const double start = cpu_seconds();
-  run.fabric = need(fit(level, header, options, {}, {},
-                        [&](const TexelSamples& samples, const LobeFitOptions& lobe_options) {
-                          auto fits = texel_fit(samples, lobe_options);
-                          const std::lock_guard lock(guard);
-                          for (const ChannelFit& fit : fits) run.cost += fit.cost;
-                          return fits;
-                        }));
+  run.fabric = need(
+      fit(level, header, options, {}, {}, [&](const TexelSamples& samples, const FitOptions& lobe_options) {
+        auto fits = texel_fit(samples, lobe_options);
+        const std::lock_guard lock(guard);
+        for (const ChannelFit& fit : fits) run.cost += fit.cost;
+        return fits;
+      }));
   run.seconds = cpu_seconds() - start;
   return run;
 }
 
-std::array<ChannelFit, 3> restarted(const TexelSamples& samples, const LobeFitOptions& options, int count) {
+std::array<ChannelFit, 3> restarted(const TexelSamples& samples, const FitOptions& options, int count) {
   std::array<ChannelFit, 3> fits;
   for (int c = 0; c < 3; ++c) {
-    ChannelProblem problem(samples, c, options.channel);
+    ChannelProblem problem(samples, c, options);
     Random random(42, static_cast<std::uint64_t>(problem.weighted_squared_radiance() * 1e6),
                   static_cast<std::uint64_t>(c));
     ChannelState best;
@@ -91,9 +91,8 @@ int restarts(const std::string& samples, int texels, int count) {
   const Input input = load(samples, texels);
   const FitOptions options;
   const Run ours = run(input.level, input.header, options, fit_texel);
-  const Run best =
-      run(input.level, input.header, options,
-          [&](const TexelSamples& s, const LobeFitOptions& o) { return restarted(s, o, count); });
+  const Run best = run(input.level, input.header, options,
+                       [&](const TexelSamples& s, const FitOptions& o) { return restarted(s, o, count); });
   const auto a = need(compare(ours.fabric, input.held_out, PairKind::held_out));
   const auto b = need(compare(best.fabric, input.held_out, PairKind::held_out));
   fmt::print(

@@ -181,12 +181,12 @@ TEST_CASE("no lobe exceeds its limit on random samples, under one light and unde
       }
       const TexelSamples samples =
           gather_texel(alpha.data(), radiance.data(), directions, {0, 0, 1}, {1, 0, 0});
-      LobeFitOptions options;
-      options.channel.view_table = false;
+      FitOptions options;
+      options.view_table = false;
       const auto fits = fit_texel(samples, options);
       for (int c = 0; c < 3; ++c) {
         // Without a table the bound is the fit's own.
-        ChannelProblem problem(samples, c, options.channel);
+        ChannelProblem problem(samples, c, options);
         ChannelState far;
         const std::vector<double>& p = fits[c].parameters;
         for (std::size_t i = 1; i + 3 < p.size(); i += 4) {
@@ -196,7 +196,7 @@ TEST_CASE("no lobe exceeds its limit on random samples, under one light and unde
             far.shapes.push_back({{p[i] / largest, p[i + 1] / largest, p[i + 2] / largest}, p[i + 3]});
         }
         // A start from beyond the bounds is brought within, with a table as well.
-        ChannelOptions with_table;
+        FitOptions with_table;
         ChannelProblem bounded(samples, c, with_table);
         far.sizes.assign(far.shapes.size() + 1, 50 * bounded.max_peak());
         far.table.assign(samples.view_count, 1);

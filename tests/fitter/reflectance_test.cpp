@@ -65,14 +65,14 @@ double error_of_fit(const Reflectance& data, int lobes) {
     for (std::size_t l = 0; l < data.lights.size(); ++l)
       radiance.push_back(data.values.at({v, l}) * data.lights[l].z);
   }
-  LobeFitOptions options;
+  FitOptions options;
   options.lobes = lobes;
   options.starts = 16;
   options.tolerance = 1e-6;
   options.max_iterations = 1000;
-  options.channel.view_table = false;
+  options.view_table = false;
   // The grid ends at 80 degrees, where forward lobes still rise.
-  options.channel.max_peak_ratio = 4;
+  options.max_peak_ratio = 4;
   const std::array<ChannelFit, 3> fits = fit_texel(
       gather_texel(alpha.data(), radiance.data(), {data.views, data.lights}, {0, 0, 1}, {1, 0, 0}), options);
   double error = 0;

@@ -62,7 +62,7 @@ double cost_at(ChannelProblem& problem, ChannelState state, std::size_t unknown,
 
 TEST_CASE("the cost of a state is what the formula of lafortune.h gives") {
   const TexelSamples samples = rough_texel(1, {8, 8});
-  ChannelOptions options;
+  FitOptions options;
   options.ridge = 0;
   ChannelProblem problem(samples, 1, options);
   ChannelState state;
@@ -93,7 +93,7 @@ TEST_CASE("the cost of a state is what the formula of lafortune.h gives") {
 
 TEST_CASE("the gradient belongs to the cost") {
   const TexelSamples samples = rough_texel(2, {8, 8});
-  ChannelOptions options;
+  FitOptions options;
   options.ridge = 1e-3;
   ChannelProblem problem(samples, 0, options);
   StartSearch search;
@@ -119,10 +119,10 @@ TEST_CASE("the gradient belongs to the cost") {
 TEST_CASE("the search from the dictionary's starts is as good as the best of 20 random ones") {
   for (int seed = 1; seed <= 3; ++seed) {
     const TexelSamples samples = rough_texel(seed, {6, 6});
-    LobeFitOptions options;
+    FitOptions options;
     const auto fits = fit_texel(samples, options);
     for (int c = 0; c < 3; ++c) {
-      ChannelProblem problem(samples, c, options.channel);
+      ChannelProblem problem(samples, c, options);
       Random random(static_cast<std::uint64_t>(seed));
       double best = problem.weighted_squared_radiance();
       for (int restart = 0; restart < 20; ++restart) {

@@ -3,9 +3,12 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <filesystem>
 
-#include "fitter/products/coded_size.h"
 #include "format/base/random.h"
+#include "format/fabric/file.h"
+#include "tests/format/fabrics.h"
+#include "tests/format/files.h"
 
 using namespace selvedge;
 
@@ -54,4 +57,18 @@ TEST_CASE("the higher the price of a bit, the fewer bytes the coefficients take"
     last = bytes;
     last_error = error;
   }
+}
+
+TEST_CASE("the size of a layer is known before it is written") {
+  const test::Folder folder;
+  Fabric fabric = test::random_fabric(32, 32, {8, 8}, 1, 3);
+  fabric.levels.resize(1);
+  const std::vector<float> opacity = fabric.levels[0][LayerKind::opacity].values;
+  REQUIRE(write_fabric(folder / "with.exr", fabric));
+  fabric.levels[0].remove_layer(LayerKind::opacity);
+  REQUIRE(write_fabric(folder / "without.exr", fabric));
+  // The part has 64 channels in the header, and the previews differ.
+  const auto difference = static_cast<double>(std::filesystem::file_size(folder / "with.exr")) -
+                          static_cast<double>(std::filesystem::file_size(folder / "without.exr"));
+  CHECK(coded_bytes(opacity, 64, 32) == doctest::Approx(difference - 64 * 30).epsilon(0.05));
 }
