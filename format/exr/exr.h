@@ -56,7 +56,7 @@ struct ExrLimits {
 using ExrPixelsAt = std::function<ExrPixels(int part, int level)>;
 
 /// The bytes of a file of parts in their order; a single one of scanlines is a picture, which is not of the
-/// subset. They are those of OpenEXR, for any number of threads.
+/// subset; the same as OpenEXR writes, for any number of threads.
 std::string exr_file(std::vector<ExrPart> parts, const ExrPixelsAt& pixels_at);
 
 /// Writes it atomically. A value beyond the range of half precision (65,504) in a channel of halves is an
