@@ -63,8 +63,7 @@ PairSamples bake_pairs(const TexelBaker& baker, const BakeOptions& o, const Samp
   PairSamples result = empty_set(header, kind);
   for (std::size_t p = 0; p < result.pairs.size(); ++p) {
     const DirectionPair& pair = result.pairs[p];
-    add_pair(result, baker.bake_pair(pair, {{&pair.light, 1}, false}, header.truth_samples,
-                                     seed_of(o.seed, stream_of(kind), p), noise));
+    add_pair(result, baker.bake_pair(pair, header.truth_samples, seed_of(o.seed, stream_of(kind), p), noise));
     done();
   }
   return result;
@@ -164,7 +163,7 @@ Baked baked_mesh(const CellMesh& given, const std::string& name, const BakeOptio
   for (std::size_t v = 0; v < views.size(); ++v) {
     NoiseSum of_view;
     ViewSamples view =
-        baker.bake_view(views[v], {lights}, o.samples, seed_of(o.seed, stream_views, v), of_view);
+        baker.bake_view(views[v], lights, o.samples, seed_of(o.seed, stream_views, v), of_view);
     noise += of_view;
     if (views[v].z < 0)
       for (V3f& normal : view.normal) normal = mirrored(normal);

@@ -61,7 +61,7 @@ struct TexelBaker::TexelRays {
 };
 
 void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view,
-                        const LightDirections& lights) const {
+                        std::span<const V3f> lights) const {
   const V3d towards(view);
   const V2d period = scene_.period();
   // Rays begin beyond the cell, because the reference plane may lie within the yarn. From behind, the cell is
@@ -106,23 +106,23 @@ void TexelBaker::sample(std::span<const TexelRays> texels, const V3f& view,
   settle();
 }
 
-void TexelBaker::follow(const Packet& packet, const V3d& view, const LightDirections& lights) const {
+void TexelBaker::follow(const Packet& packet, const V3d& view, std::span<const V3f> lights) const {
   PointPacket points;
   const std::uint32_t hits = scene_.trace(std::span(packet.origin).first(packet.size), -view, points);
   for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
     const int i = std::countr_zero(remaining);
     ++packet.gather[i]->hits;
-    if (lights.needs_normals) packet.gather[i]->normal += V3d(scene_.vertex_normal(points[i]));
+    packet.gather[i]->normal += V3d(scene_.vertex_normal(points[i]));
   }
-  light_directly(packet, points, hits, view, lights.directions);
-  const std::size_t n = lights.directions.size();
+  light_directly(packet, points, hits, view, lights);
+  const std::size_t n = lights.size();
   std::vector<V3d> radiance;
   for (std::uint32_t remaining = hits; remaining != 0; remaining &= remaining - 1) {
     const int i = std::countr_zero(remaining);
     Gather& gather = *packet.gather[i];
     PathSampler sampler(packet.index[i], packet.seed[i]);
     radiance.assign(n, V3d(0, 0, 0));
-    tracer_.add_indirect(points[i], view, lights.directions, sampler, radiance);
+    tracer_.add_indirect(points[i], view, lights, sampler, radiance);
     for (std::size_t l = 0; l < n; ++l) {
       for (std::size_t c = 0; c < 3; ++c) gather.radiance[c * n + l] += radiance[l][static_cast<int>(c)];
     }
@@ -188,10 +188,10 @@ void TexelBaker::light_directly(const Packet& packet, const PointPacket& points,
   }
 }
 
-ViewSamples TexelBaker::bake_view(const V3f& view, const LightDirections& lights, int samples,
+ViewSamples TexelBaker::bake_view(const V3f& view, std::span<const V3f> lights, int samples,
                                   std::uint64_t seed, NoiseSum& noise) const {
   const std::size_t texels = texels_.x * texels_.y;
-  const std::size_t n = lights.directions.size();
+  const std::size_t n = lights.size();
   ViewSamples out{std::vector<float>(texels), std::vector<V3f>(texels, V3f(0, 0, 0)),
                   std::vector<V3f>(texels * n, V3f(0, 0, 0))};
   std::vector<NoiseSum> row_noise(texels_.y);
@@ -241,9 +241,10 @@ ViewSamples TexelBaker::bake_view(const V3f& view, const LightDirections& lights
   return out;
 }
 
-PairSamples TexelBaker::bake_pair(const DirectionPair& pair, const LightDirections& lights, int samples,
-                                  std::uint64_t seed, NoiseSum& noise) const {
+PairSamples TexelBaker::bake_pair(const DirectionPair& pair, int samples, std::uint64_t seed,
+                                  NoiseSum& noise) const {
   NoiseSum within_halves;
+  const std::span<const V3f> lights(&pair.light, 1);
   const ViewSamples a = bake_view(pair.view, lights, samples / 2, seed, within_halves);
   const ViewSamples b = bake_view(pair.view, lights, samples / 2, hash64(seed), within_halves);
   PairSamples out;

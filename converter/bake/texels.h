@@ -9,11 +9,6 @@
 
 namespace selvedge {
 
-struct LightDirections {
-  std::span<const V3f> directions;
-  bool needs_normals = true;  ///< whether to compute the visible normals
-};
-
 /// Noise of sample means, summed over texels, lights and channels: `error2` estimates the squared error of
 /// opacity * radiance, `signal2` is its square. The estimate is an upper one for a single low-discrepancy
 /// set, whose halves differ by more than independent sets.
@@ -36,19 +31,18 @@ class TexelBaker {
       : scene_(scene), tracer_(scene, bounces), texels_(texels), plane_z_(plane_z) {}
 
   /// Samples of all texels from one view with `samples` rays each. Every view needs a seed of its own.
-  ViewSamples bake_view(const V3f& view, const LightDirections& lights, int samples, std::uint64_t seed,
+  ViewSamples bake_view(const V3f& view, std::span<const V3f> lights, int samples, std::uint64_t seed,
                         NoiseSum& noise) const;
 
-  /// Samples of one pair from two independent halves of `samples` rays. `lights` holds the pair's light.
-  PairSamples bake_pair(const DirectionPair& pair, const LightDirections& lights, int samples,
-                        std::uint64_t seed, NoiseSum& noise) const;
+  /// Samples of one pair from two independent halves of `samples` rays.
+  PairSamples bake_pair(const DirectionPair& pair, int samples, std::uint64_t seed, NoiseSum& noise) const;
 
  private:
   struct Gather;
   struct Packet;
   struct TexelRays;
-  void sample(std::span<const TexelRays> texels, const V3f& view, const LightDirections& lights) const;
-  void follow(const Packet& packet, const V3d& view, const LightDirections& lights) const;
+  void sample(std::span<const TexelRays> texels, const V3f& view, std::span<const V3f> lights) const;
+  void follow(const Packet& packet, const V3d& view, std::span<const V3f> lights) const;
   void light_directly(const Packet& packet, const PointPacket& points, std::uint32_t hits, const V3d& view,
                       std::span<const V3f> lights) const;
 

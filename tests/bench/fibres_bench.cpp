@@ -15,7 +15,7 @@
 #include <string>
 
 #include "converter/bake/setup.h"
-#include "converter/bake/truth_pixels.h"
+#include "converter/bake/truth_swatch.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"

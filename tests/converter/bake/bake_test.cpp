@@ -213,7 +213,7 @@ TEST_CASE("a large mesh that reaches beyond its cell is lit as one within it") {
     NoiseSum ignored;
     const TexelBaker baker(scene, 2, {1, 1}, 0);
     return static_cast<double>(
-        baker.bake_view({0, 0, 1}, {{&light, 1}}, 1 << 14, 1, ignored).radiance.front().x);
+        baker.bake_view({0, 0, 1}, {&light, 1}, 1 << 14, 1, ignored).radiance.front().x);
   };
   const double within = radiance(mesh);
   for (V3f& p : mesh.positions) p += V3f(0.4F, 0.7F, 0);

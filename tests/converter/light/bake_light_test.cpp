@@ -40,9 +40,9 @@ Estimate estimate_of(const std::vector<double>& values) {
 RayScene scene_of(const CellMesh& mesh) { return test::need(RayScene::create(mesh, "test")); }
 
 /// Means over the cell of opacity * radiance (red), one estimate per seed: [light].
-std::vector<Estimate> cell_means(const TexelBaker& baker, const V3f& view, const LightDirections& lights,
+std::vector<Estimate> cell_means(const TexelBaker& baker, const V3f& view, std::span<const V3f> lights,
                                  int samples, int seeds) {
-  std::vector<std::vector<double>> means(lights.directions.size());
+  std::vector<std::vector<double>> means(lights.size());
   for (int seed = 1; seed <= seeds; ++seed) {
     NoiseSum ignored;
     const ViewSamples seen =
@@ -79,7 +79,7 @@ TEST_CASE("grooves mask and shadow as Torrance and Sparrow's do") {
   const std::vector<V3f> directions = cell_directions(nearly_square_grid(16));
   const double cosine = 1 / std::sqrt(1 + double{slope} * double{slope});
   for (const V3f& v : directions) {
-    const auto means = cell_means(baker, v, {directions}, 16, 64);
+    const auto means = cell_means(baker, v, directions, 16, 64);
     for (std::size_t l = 0; l < directions.size(); ++l) {
       double exact = 0;
       for (const double side : {1.0, -1.0}) {
@@ -116,7 +116,7 @@ TEST_CASE("light between two plates is the geometric series of their albedos") {
     std::vector<double> means;
     for (std::uint64_t seed = 1; seed <= 64; ++seed) {
       NoiseSum ignored;
-      const ViewSamples seen = baker.bake_view({0, 0, 1}, {{&light, 1}}, 1024, hash64(seed), ignored);
+      const ViewSamples seen = baker.bake_view({0, 0, 1}, {&light, 1}, 1024, hash64(seed), ignored);
       for (std::size_t t = 0; t < 3; ++t) {
         CHECK(static_cast<double>(seen.radiance[t].x) ==
               doctest::Approx(plate_albedo / pi * static_cast<double>(light.z)).epsilon(1e-5));
