@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "converter/light/path_tracer.h"
-#include "converter/mesh/yarn_cell.h"
+#include "converter/mesh/cell_mesh.h"
 #include "format/base/progress.h"
 #include "format/samples/samples.h"
 

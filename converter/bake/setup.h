@@ -3,7 +3,7 @@
 
 #include "converter/bake/bake.h"
 #include "converter/light/ray_scene.h"
-#include "converter/mesh/yarn_cell.h"
+#include "converter/mesh/cell_mesh.h"
 
 namespace selvedge {
 

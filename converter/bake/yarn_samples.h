@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "converter/bake/texels.h"
-#include "converter/mesh/yarn_cell.h"
+#include "converter/mesh/cell_mesh.h"
 #include "format/base/scratch_pool.h"
 #include "format/cells/cell_shadows.h"
 

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "converter/mesh/yarn_cell.h"
+#include "converter/mesh/cell_mesh.h"
 #include "converter/mesh/yarn_chain.h"
 #include "converter/stitch/pattern.h"
 
