@@ -81,7 +81,7 @@ Result<int> run(const CompareCommand& command) {
       if (!comparison) comparison.error().file = path;
       const Comparison levels = value_or_throw(std::move(comparison));
       std::optional<Comparison> yarn;
-      if (fabric.levels.front().yarns()) yarn = compare_yarn(fabric, pairs, kind, levels.peak);
+      if (fabric.levels.front().yarns()) yarn = compare_yarn(fabric, pairs, levels.peak);
       text += add_kind(kind, levels, yarn, judged);
       peak = levels.peak;
     }

@@ -57,7 +57,10 @@ struct LaidRepeat {
   RepeatCopy copy;
   M44d to_world;  ///< of the copy, from the frame of the mesh
   double turn = 0, shear = 0, gap = 0, overlap = 0;
-  bool is_faulty() const { return std::max(gap, overlap) > copy_gap_limit(turn); }
+  /// Whether it is bent instead, for its gaps and overlaps where the cloth turns so far.
+  bool is_faulty() const {
+    return std::max(gap, overlap) > (turn <= 4 * degree ? 0.1 : std::max(0.25, 0.025 * turn / degree));
+  }
 };
 
 class RepeatLayer {
@@ -280,10 +283,6 @@ void append_mesh(const TubeMesh& part, TubeMesh& whole) {
 }
 
 }  // namespace
-
-double copy_gap_limit(double turn) {
-  return turn <= 4 * degree ? 0.1 : std::max(0.25, 0.025 * turn / degree);
-}
 
 TubeMesh shaped_mesh(TubeMesh mesh, const MeshShape& shape, const RepeatFrame& frame) {
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {

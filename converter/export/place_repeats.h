@@ -54,9 +54,6 @@ struct LaidCloth {
   double max_turn = 0, max_shear = 0;  ///< radians, of the surface over a repeat, at most
 };
 
-/// Bounds of both, beyond which a repeat is bent instead, where the cloth turns so far (radians).
-double copy_gap_limit(double turn);
-
 /// Places the yarn of the cells; `mesh_of_cell`: 0 outside of the region (texture coordinates in repeats), 1
 /// in it. Bent yarn follows the surface vertex by vertex; triangles whose middle lies beyond it are left out.
 /// In the region all yarn is bent, and the variation displaces its rows, fading in over a repeat from the

@@ -130,6 +130,11 @@ void add_strand(const CellMesh& mesh, const SurfacePoint& point, const V3d& fibr
   for (int c = 0; c < 3; ++c) surface.albedo[c] = std::clamp(surface.albedo[c] * change.brightness, 0.0, 1.0);
 }
 
+/// Whether light from there reaches a viewer through the wall.
+bool is_transmitted(const YarnBrdf& surface, const V3d& light) {
+  return surface.transmission > 0 && light.dot(surface.inward) > 0;
+}
+
 }  // namespace
 
 V3d cosine_direction(const V3d& normal, const V2d& square) {
@@ -190,10 +195,6 @@ YarnBrdf brdf_at(const RayScene& scene, const SurfacePoint& point) {
   add_strand(mesh, point, V3d(fibre).normalized(), s);
   s.albedo = ply_wall_albedo(s.albedo, transmission);
   return s;
-}
-
-bool is_transmitted(const YarnBrdf& surface, const V3d& light) {
-  return surface.transmission > 0 && light.dot(surface.inward) > 0;
 }
 
 double incidence_cosine(const YarnBrdf& surface, const V3d& light) {

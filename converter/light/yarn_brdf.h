@@ -38,9 +38,6 @@ YarnBrdf brdf_at(const RayScene& scene, const SurfacePoint& point);
 /// highlight's facets block, on average: there light goes on where it would be lost.
 double diffuse_weight(const YarnBrdf& surface);
 
-/// Whether light from there reaches a viewer through the wall.
-bool is_transmitted(const YarnBrdf& surface, const V3d& light);
-
 /// Cosine of the light's incidence, on the side that it comes from; 0 where it lies below both.
 double incidence_cosine(const YarnBrdf& surface, const V3d& light);
 

@@ -123,6 +123,21 @@ SampleLevel texel_of(const SampleLevel& level, std::size_t texel) {
   return {1, 1, level.views, level.lights, part(level.alpha), part(level.normal_sum), part(level.radiance)};
 }
 
+/// Mean over pairs, texels and channels. `image` returns alpha f of every texel for a pair.
+template <class ImageOfPair>
+double mean_squared_error(const LevelTruth& truth, const ImageOfPair& image) {
+  const std::size_t pairs = truth.pairs.size();
+  std::vector<double> sums(pairs, 0);
+  parallel_for(0, static_cast<int>(pairs), [&](std::size_t pair) {
+    const std::vector<V3f> shown = image(pair);
+    for (std::size_t t = 0; t < shown.size(); ++t)
+      sums[pair] += (V3d(shown[t]) - truth.pairs[pair][t]).length2();
+  });
+  const double texels = truth.width * truth.height;
+  const double sum = std::accumulate(sums.begin(), sums.end(), 0.0);
+  return pairs > 0 ? sum / (3 * texels * static_cast<double>(pairs)) : 0;
+}
+
 }  // namespace
 
 V2i BasisList::add(const BasisFit& basis, const V2i& pair) {
@@ -168,20 +183,6 @@ std::vector<LevelTruth> level_truths(const PairSamples& truth) {
     levels.push_back(std::move(coarse));
   }
   return levels;
-}
-
-double mean_squared_error(const LevelTruth& truth,
-                          const std::function<std::vector<V3f>(std::size_t pair)>& image) {
-  const std::size_t pairs = truth.pairs.size();
-  std::vector<double> sums(pairs, 0);
-  parallel_for(0, static_cast<int>(pairs), [&](std::size_t pair) {
-    const std::vector<V3f> shown = image(pair);
-    for (std::size_t t = 0; t < shown.size(); ++t)
-      sums[pair] += (V3d(shown[t]) - truth.pairs[pair][t]).length2();
-  });
-  const double texels = truth.width * truth.height;
-  const double sum = std::accumulate(sums.begin(), sums.end(), 0.0);
-  return pairs > 0 ? sum / (3 * texels * static_cast<double>(pairs)) : 0;
 }
 
 double level_error(const FabricLevel& level, const Fabric& fabric, const std::vector<DirectionPair>& pairs,

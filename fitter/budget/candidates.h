@@ -30,13 +30,8 @@ struct LevelTruth {
 /// The truth of all levels down to 1 x 1, the finest first.
 std::vector<LevelTruth> level_truths(const PairSamples& truth);
 
-/// Mean over pairs, texels and channels. `image` returns alpha f of every texel for a pair; it is called from
-/// several threads.
-double mean_squared_error(const LevelTruth& truth,
-                          const std::function<std::vector<V3f>(std::size_t pair)>& image);
-
-/// mean_squared_error() of a level by the reference evaluation. `fabric`: the level's; its levels are not
-/// used.
+/// Mean squared error over pairs, texels and channels by the reference evaluation. `fabric`: the level's; its
+/// levels are not used.
 double level_error(const FabricLevel& level, const Fabric& fabric, const std::vector<DirectionPair>& pairs,
                    const LevelTruth& truth);
 

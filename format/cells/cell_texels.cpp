@@ -111,25 +111,8 @@ void add_texels(const FabricLevel& level, const Fabric& fabric, const TappedDire
   }
 }
 
-}  // namespace
-
-std::vector<CellLamp> lamps_of_smooth_light(const SmoothLight& around, float least) {
-  std::vector<CellLamp> lamps;
-  for (const Ring& ring : rings) {
-    const float planar = std::sqrt(1 - ring.z * ring.z);
-    for (int i = 0; i < ring.count; ++i) {
-      const float angle = two_pi * (static_cast<float>(i) + ring.z) / static_cast<float>(ring.count);
-      CellLamp& lamp = lamps.emplace_back();
-      lamp.direction = {planar * std::cos(angle), planar * std::sin(angle), ring.z};
-      const auto basis = smooth_basis(lamp.direction.x, lamp.direction.y, ring.z);
-      for (std::size_t k = 0; k < smooth_function_count; ++k)
-        lamp.irradiance += around.coefficients[k] * basis[k];
-      for (int c = 0; c < 3; ++c) lamp.irradiance[c] = std::max(lamp.irradiance[c], least) * ring.solid_angle;
-    }
-  }
-  return lamps;
-}
-
+/// Response of a fabric's psi_b to smooth light, [b][function][colour]: integrals over the hemisphere, the
+/// cosine included. Empty without products.
 std::vector<float> smooth_response(const Fabric& fabric) {
   constexpr DirectionGrid grid{32, 32};
   const std::shared_ptr<const ProductBases> bases = shared_bases(fabric);
@@ -148,6 +131,25 @@ std::vector<float> smooth_response(const Fabric& fabric) {
     }
   }
   return response;
+}
+
+}  // namespace
+
+std::vector<CellLamp> lamps_of_smooth_light(const SmoothLight& around, float least) {
+  std::vector<CellLamp> lamps;
+  for (const Ring& ring : rings) {
+    const float planar = std::sqrt(1 - ring.z * ring.z);
+    for (int i = 0; i < ring.count; ++i) {
+      const float angle = two_pi * (static_cast<float>(i) + ring.z) / static_cast<float>(ring.count);
+      CellLamp& lamp = lamps.emplace_back();
+      lamp.direction = {planar * std::cos(angle), planar * std::sin(angle), ring.z};
+      const auto basis = smooth_basis(lamp.direction.x, lamp.direction.y, ring.z);
+      for (std::size_t k = 0; k < smooth_function_count; ++k)
+        lamp.irradiance += around.coefficients[k] * basis[k];
+      for (int c = 0; c < 3; ++c) lamp.irradiance[c] = std::max(lamp.irradiance[c], least) * ring.solid_angle;
+    }
+  }
+  return lamps;
 }
 
 float max_yarn_pixel_texels(const Fabric& fabric) {

@@ -15,10 +15,6 @@ namespace selvedge {
 inline constexpr float min_repeat_pixels = 2;
 inline constexpr float max_nodes_per_pixel = 4000;
 
-/// Response of a fabric's psi_b to smooth light, [b][function][colour]: integrals over the hemisphere, the
-/// cosine included. Empty without products.
-std::vector<float> smooth_response(const Fabric& fabric);
-
 /// The upper half of light from all around as twelve lamps, none below `least`: polynomials of z up to degree
 /// 5 have their integrals.
 std::vector<CellLamp> lamps_of_smooth_light(const SmoothLight& around, float least);

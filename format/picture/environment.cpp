@@ -141,6 +141,39 @@ void make_radiance(Image& image, std::vector<std::string>& remarks) {
   if (counts[2] > 0) remarks.push_back(fmt::format("{} infinite values become {:.6g}", counts[2], brightest));
 }
 
+/// Takes bright parts out of an environment: at most four lamps, the strongest first.
+std::vector<Light> extract_lamps(Environment& environment) {
+  V3d whole(0, 0, 0);
+  for_pixels(environment,
+             [&](const V3f& c, const V3d&, double solid_angle) { whole += V3d(c) * solid_angle; });
+  std::vector<Light> lamps;
+  V3d left = whole;
+  while (lamps.size() < max_lamps) {
+    const V3f mean(left / (4 * std::numbers::pi));
+    const double least = lamp_brightness * brightness(mean);
+    const std::optional<V3d> towards = strongest_part(environment, least);
+    if (!towards) break;
+    V3d sum(0, 0, 0);
+    V3d middle(0, 0, 0);
+    const auto is_of_lamp = [&](const V3f& c, const V3d& d) {
+      return d.dot(*towards) > lamp_cosine && brightness(c) > least;
+    };
+    for_pixels(environment, [&](const V3f& c, const V3d& d, double solid_angle) {
+      if (!is_of_lamp(c, d)) return;
+      const V3d excess = V3d(c - mean) * solid_angle;
+      sum += excess;
+      middle += d * brightness(V3f(excess));
+    });
+    if (brightness(V3f(sum)) < min_lamp * brightness(V3f(whole))) break;
+    for_pixels(environment, [&](V3f& c, const V3d& d, double) {
+      if (is_of_lamp(c, d)) c = mean;
+    });
+    left -= sum;
+    lamps.push_back({middle.normalized(), V3f(sum * environment.options.strength)});
+  }
+  return lamps;
+}
+
 }  // namespace
 
 V3d Environment::direction(int x, int y) const {
@@ -209,38 +242,6 @@ Environment downsample(const Environment& environment, int width) {
   }
   for (std::size_t i = 0; i < weights.size(); ++i) result.radiance[i] /= static_cast<float>(weights[i]);
   return result;
-}
-
-std::vector<Light> extract_lamps(Environment& environment) {
-  V3d whole(0, 0, 0);
-  for_pixels(environment,
-             [&](const V3f& c, const V3d&, double solid_angle) { whole += V3d(c) * solid_angle; });
-  std::vector<Light> lamps;
-  V3d left = whole;
-  while (lamps.size() < max_lamps) {
-    const V3f mean(left / (4 * std::numbers::pi));
-    const double least = lamp_brightness * brightness(mean);
-    const std::optional<V3d> towards = strongest_part(environment, least);
-    if (!towards) break;
-    V3d sum(0, 0, 0);
-    V3d middle(0, 0, 0);
-    const auto is_of_lamp = [&](const V3f& c, const V3d& d) {
-      return d.dot(*towards) > lamp_cosine && brightness(c) > least;
-    };
-    for_pixels(environment, [&](const V3f& c, const V3d& d, double solid_angle) {
-      if (!is_of_lamp(c, d)) return;
-      const V3d excess = V3d(c - mean) * solid_angle;
-      sum += excess;
-      middle += d * brightness(V3f(excess));
-    });
-    if (brightness(V3f(sum)) < min_lamp * brightness(V3f(whole))) break;
-    for_pixels(environment, [&](V3f& c, const V3d& d, double) {
-      if (is_of_lamp(c, d)) c = mean;
-    });
-    left -= sum;
-    lamps.push_back({middle.normalized(), V3f(sum * environment.options.strength)});
-  }
-  return lamps;
 }
 
 EnvironmentLight with_options(const EnvironmentLight& light, const EnvironmentOptions& options) {

@@ -58,9 +58,6 @@ struct EnvironmentLight {
 /// The light of the same environment with these options, if `light` was made without any.
 EnvironmentLight with_options(const EnvironmentLight& light, const EnvironmentOptions& options);
 
-/// Takes bright parts out of an environment: at most four lamps, the strongest first.
-std::vector<Light> extract_lamps(Environment& environment);
-
 /// Bright parts become lamps; the rest is projected.
 EnvironmentLight split_light(const Environment& environment);
 

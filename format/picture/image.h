@@ -57,8 +57,6 @@ struct ImageLimits {
 /// IMAGE_UNREADABLE for others, FILE_TOO_LARGE beyond `memory`.
 Result<Image> read_image(const std::string& path, Transfer transfer = Transfer::srgb,
                          std::uint64_t memory = default_memory_limit);
-/// Bytes of its pixels.
-inline std::uint64_t memory_of(const Image& image) { return image.pixels.size() * sizeof(float); }
 
 /// As read_image(), from a whole PNG, JPEG or WebP file in memory, as garments bring them. `name` is the file
 /// in errors.

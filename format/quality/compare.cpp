@@ -37,27 +37,22 @@ struct Sums {
   double count = 0;
 
   void add(const Sums& o) {
-    squared += o.squared;
-    energy += o.energy;
-    signed_error += o.signed_error;
-    truth += o.truth;
-    alpha_squared += o.alpha_squared;
-    noise += o.noise;
-    alpha_noise += o.alpha_noise;
-    count += o.count;
+    for (double Sums::*const sum : {&Sums::squared, &Sums::energy, &Sums::signed_error, &Sums::truth,
+                                    &Sums::alpha_squared, &Sums::noise, &Sums::alpha_noise, &Sums::count})
+      this->*sum += o.*sum;
   }
 };
-
-void add(const Shading& shading, PairImage& image) {
-  image.colour.emplace_back(shading.radiance * shading.alpha);
-  image.alpha.emplace_back(static_cast<double>(shading.alpha), 0.0, 0.0);
-}
 
 PairImage shown_by_level(const Fabric& fabric, int k, const DirectionPair& pair) {
   const FabricLevel& level = fabric.levels[k];
   PairImage image;
-  for (int y = 0; y < level.height; ++y)
-    for (int x = 0; x < level.width; ++x) add(evaluate(fabric, k, x, y, pair.light, pair.view), image);
+  for (int y = 0; y < level.height; ++y) {
+    for (int x = 0; x < level.width; ++x) {
+      const Shading shading = evaluate(fabric, k, x, y, pair.light, pair.view);
+      image.colour.emplace_back(shading.radiance * shading.alpha);
+      image.alpha.emplace_back(static_cast<double>(shading.alpha), 0.0, 0.0);
+    }
+  }
   return image;
 }
 
@@ -122,13 +117,27 @@ std::vector<V2i> sizes_of(const PairSamples& truth, int count) {
   return sizes;
 }
 
+double psnr_peak(const PairSamples& truth) {
+  std::vector<float> values;
+  values.reserve(truth.alpha.size() * 3);
+  for (std::size_t i = 0; i < truth.alpha.size(); ++i) {
+    const V3f colour = truth.radiance[i] * truth.alpha[i];
+    values.insert(values.end(), {colour.x, colour.y, colour.z});
+  }
+  if (values.empty()) return 0;
+  const auto at = static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  const float peak = values[at];
+  if (peak > 0) return static_cast<double>(peak);
+  return static_cast<double>(*std::ranges::max_element(values));
+}
+
 /// `shown(pair, k, image)` turns `image` of level k - 1 into the image of level k.
 template <class Shown>
-Comparison compare_levels(const PairSamples& truth, const std::vector<V2i>& sizes, PairKind kind, double peak,
+Comparison compare_levels(const PairSamples& truth, const std::vector<V2i>& sizes, double peak,
                           const Shown& shown) {
   const std::size_t texels = truth.width * truth.height;
   Comparison result;
-  result.pair_kind = kind;
   result.pair_count = static_cast<int>(truth.pairs.size());
   result.peak = peak > 0 ? peak : psnr_peak(truth);
   const std::size_t levels = sizes.size();
@@ -169,21 +178,6 @@ Comparison compare_levels(const PairSamples& truth, const std::vector<V2i>& size
 
 }  // namespace
 
-double psnr_peak(const PairSamples& truth) {
-  std::vector<float> values;
-  values.reserve(truth.alpha.size() * 3);
-  for (std::size_t i = 0; i < truth.alpha.size(); ++i) {
-    const V3f colour = truth.radiance[i] * truth.alpha[i];
-    values.insert(values.end(), {colour.x, colour.y, colour.z});
-  }
-  if (values.empty()) return 0;
-  const auto at = static_cast<std::ptrdiff_t>(0.999 * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  const float peak = values[at];
-  if (peak > 0) return static_cast<double>(peak);
-  return static_cast<double>(*std::ranges::max_element(values));
-}
-
 Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak) {
   const FabricLevel& base = fabric.levels.front();
   if (truth.width != base.width || truth.height != base.height ||
@@ -191,15 +185,15 @@ Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairK
     return fail(Code::fabric_mismatch, {}, name_of(kind),
                 fmt::format("the samples are not of {}x{} texels as the fabric is", base.width, base.height));
   const auto sizes = sizes_of(truth, static_cast<int>(fabric.levels.size()));
-  return compare_levels(truth, sizes, kind, peak, [&](std::size_t pair, std::size_t k, PairImage& image) {
+  return compare_levels(truth, sizes, peak, [&](std::size_t pair, std::size_t k, PairImage& image) {
     image = shown_by_level(fabric, static_cast<int>(k), truth.pairs[pair]);
   });
 }
 
-Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak) {
+Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, double peak) {
   const auto sizes = sizes_of(truth, static_cast<int>(fabric.levels.size()));
   Comparison result =
-      compare_levels(truth, sizes, kind, peak, [&](std::size_t pair, std::size_t k, PairImage& image) {
+      compare_levels(truth, sizes, peak, [&](std::size_t pair, std::size_t k, PairImage& image) {
         if (k > 0)
           image.pool(sizes[k - 1]);
         else

@@ -23,22 +23,18 @@ struct LevelComparison {
 };
 
 struct Comparison {
-  PairKind pair_kind = PairKind::held_out;
   int pair_count = 0;
   double peak = 0;  ///< 1/sr, of all PSNR
   std::vector<LevelComparison> levels;
 };
 
-/// The peak of these pairs, 1/sr: the 99.9th percentile of alpha * r at level 0, or if that is 0, the
-/// largest.
-double psnr_peak(const PairSamples& truth);
-
-/// `peak`: 0 means psnr_peak(truth); to compare figures of several sets, pass the held-out set's peak for
-/// all. FABRIC_MISMATCH unless the samples have the texels of the fabric's level 0.
+/// `peak`: 0 means the 99.9th percentile of alpha * r of these pairs at level 0, or if that is 0, the
+/// largest; to compare figures of several sets, pass the held-out set's peak for all. FABRIC_MISMATCH unless
+/// the samples have the texels of the fabric's level 0.
 Result<Comparison> compare(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak = 0);
 
 /// As compare(), of the yarn, level -1, at the sizes of all levels; at 1 x 1 its mean over a repeat counts.
 /// Preconditions: the fabric has yarn, and compare() takes the truth.
-Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, PairKind kind, double peak);
+Comparison compare_yarn(const Fabric& fabric, const PairSamples& truth, double peak);
 
 }  // namespace selvedge

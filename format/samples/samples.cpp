@@ -327,8 +327,9 @@ PairSamples side_pairs(const PairSamples& all, Side side) {
   const auto texels = static_cast<std::ptrdiff_t>(all.width) * all.height;
   for (std::size_t p = 0; p < all.pairs.size(); ++p) {
     DirectionPair pair = all.pairs[p];
-    if (side_of(pair) != side) continue;
-    if (pair.view.z < 0) pair.view = mirrored(pair.view);
+    const bool behind = pair.view.z < 0;
+    if (behind != is_view_behind(side) || (behind != (pair.light.z < 0)) != is_transmission(side)) continue;
+    if (behind) pair.view = mirrored(pair.view);
     if (pair.light.z < 0) pair.light = mirrored(pair.light);
     result.pairs.push_back(pair);
     const auto append = [&](const auto& from, auto& to) {

@@ -32,13 +32,6 @@ inline std::size_t index_of(PairKind kind) { return static_cast<std::size_t>(kin
 /// The name of the part of the file: "validation", "held-out", "measured".
 const char* name_of(PairKind kind);
 
-/// The side of a pair.
-inline Side side_of(const DirectionPair& pair) {
-  const bool behind = pair.view.z < 0;
-  if (behind == (pair.light.z < 0)) return behind ? Side::back : Side::front;
-  return behind ? Side::back_through : Side::through;
-}
-
 /// The radiance scale is unused and 1.
 struct SamplesHeader : FabricInfo {
   int width = 32;

@@ -62,7 +62,7 @@ TEST_CASE("yarn is compared at every size, by its fraction of a texel") {
   fabric.levels[0].set_yarns(std::make_shared<const Yarns>(test::straight(2, 0.5F), V2f(2, 2)));
   PairSamples truth = constant_truth(3, 0, 0.5F);
   for (DirectionPair& pair : truth.pairs) pair.view = V3f(0, 0, 1);
-  const auto result = compare_yarn(fabric, truth, PairKind::held_out, 1);
+  const auto result = compare_yarn(fabric, truth, 1);
   REQUIRE(result.levels.size() == 3);
   for (const LevelComparison& level : result.levels) CHECK(level.level == -1);
   CHECK(result.levels[0].alpha_rms == doctest::Approx(0.5));
