@@ -82,10 +82,9 @@ Severity severity_of(Code code) { return code_table()[static_cast<std::size_t>(c
 
 std::string_view name_of(Severity severity) { return severity == Severity::error ? "error" : "warning"; }
 
-bool has_error(const Issues& issues) {
-  return std::ranges::any_of(issues,
-                             [](const Error& issue) { return severity_of(issue.code) == Severity::error; });
-}
+static bool is_error(const Error& issue) { return severity_of(issue.code) == Severity::error; }
+
+bool has_error(const Issues& issues) { return std::ranges::any_of(issues, is_error); }
 
 std::string to_line(const Error& error) {
   std::string line;
@@ -99,6 +98,37 @@ std::string to_line(const Error& error) {
     if (c == '\n' || c == '\r' || c == '\t') c = ' ';
   }
   return fmt::format("{} [{}]", escape_unprintable(line), name_of(error.code));
+}
+
+constexpr std::size_t max_issues = 100;  // of each severity
+
+void IssueSink::add(Code code, std::string place, std::string message) {
+  add(Error{code, file_, std::move(place), std::move(message)});
+}
+
+void IssueSink::add(Error issue) {
+  Kind& kind = kinds_.at(static_cast<std::size_t>(severity_of(issue.code)));
+  if (++kind.count <= max_issues) {
+    issues_.push_back(std::move(issue));
+  } else if (!kind.first_dropped) {
+    kind.first_dropped = std::move(issue);
+  }
+}
+
+void IssueSink::add(const Issues& issues) {
+  for (const Error& issue : issues) add(issue);
+}
+
+Error IssueSink::first_error() const { return *std::ranges::find_if(issues_, is_error); }
+
+Issues IssueSink::take_issues() {
+  for (Kind& kind : kinds_) {
+    if (!kind.first_dropped) continue;
+    kind.first_dropped->message += fmt::format("; {} more {}s are not listed", kind.count - max_issues - 1,
+                                               name_of(severity_of(kind.first_dropped->code)));
+    issues_.push_back(std::move(*kind.first_dropped));
+  }
+  return std::move(issues_);
 }
 
 }  // namespace selvedge

@@ -4,6 +4,8 @@
 // place within it say where, the message says why. A user sees the line that to_line() makes.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -97,5 +99,36 @@ using Result = tl::expected<T, Error>;
 inline tl::unexpected<Error> fail(Code code, std::string file, std::string place, std::string message) {
   return tl::unexpected<Error>(Error{code, std::move(file), std::move(place), std::move(message)});
 }
+
+/// Collects the issues that rules find in a file, in their order: a reader stops at the first error, a
+/// checker reports all. At most 100 errors and 100 warnings are kept; further ones are counted.
+class IssueSink {
+ public:
+  explicit IssueSink(std::string file) : file_(std::move(file)) {}
+
+  void add(Code code, std::string place, std::string message);
+  /// Issues that name their own file, which may differ from the sink's.
+  void add(Error issue);
+  void add(const Issues& issues);
+
+  bool has_error() const { return error_count() > 0; }
+  /// Number of errors so far, including those that are only counted.
+  std::size_t error_count() const { return kinds_[0].count; }
+  /// Precondition: has_error().
+  Error first_error() const;
+
+  /// Moves out the kept issues. If some were dropped, the last error and the last warning say how many.
+  Issues take_issues();
+
+ private:
+  struct Kind {
+    std::size_t count = 0;
+    std::optional<Error> first_dropped;
+  };
+
+  std::string file_;
+  std::array<Kind, 2> kinds_;  ///< by severity
+  Issues issues_;
+};
 
 }  // namespace selvedge

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "format/base/issue_sink.h"
+#include "format/base/error.h"
 #include "format/fabric/fabric.h"
 
 namespace selvedge {

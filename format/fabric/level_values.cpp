@@ -37,6 +37,16 @@ bool is_frame(const V3f& n, const V3f& t) {
          std::abs(n.dot(t)) <= frame_tolerance;
 }
 
+/// The values of a layer that are spread over the texels of level 0.
+std::vector<float> gathered(const FabricLevel& level, LayerKind kind) {
+  const Layer& layer = level[kind];
+  std::vector<float> values;
+  for (int i = 0; i < layer.channels; ++i)
+    for (int texel = 0; texel < level.texels(); ++texel)
+      values.push_back(layer.values[std::size_t{1} * texel * layer.channels + i]);
+  return values;
+}
+
 }  // namespace
 
 Layer layer_from_values(const std::vector<float>& values, int texels) {
@@ -74,25 +84,6 @@ void set_layer_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shap
   level.set_layer(kind, std::move(layer));
 }
 
-std::string value_location(const std::string& part, int level, const std::string& channel, std::size_t texel,
-                           int width) {
-  return fmt::format("{}/level {}/{}/{},{}", part, level, channel, texel % width, texel / width);
-}
-
-namespace {
-
-/// The values of a layer that are spread over the texels of level 0.
-std::vector<float> gathered(const FabricLevel& level, LayerKind kind) {
-  const Layer& layer = level[kind];
-  std::vector<float> values;
-  for (int i = 0; i < layer.channels; ++i)
-    for (int texel = 0; texel < level.texels(); ++texel)
-      values.push_back(layer.values[std::size_t{1} * texel * layer.channels + i]);
-  return values;
-}
-
-}  // namespace
-
 void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& period, std::uint64_t memory,
                    IssueSink& sink) {
   auto data = yarns_from_values(gathered(level, LayerKind::yarns), gathered(level, LayerKind::indirect),
@@ -122,7 +113,8 @@ void check_values(const FabricLevel& level, int level_index, LayerKind kind, con
   int count = 0;
   const auto add = [&](const std::string& channel, std::size_t texel, std::string message) {
     sink.add(Code::fabric_not_finite,
-             value_location(part_name(kind, shape.side), level_index, channel, texel, level.width),
+             fmt::format("{}/level {}/{}/{},{}", part_name(kind, shape.side), level_index, channel,
+                         texel % level.width, texel / level.width),
              std::move(message));
   };
   const auto check = [&](const ValueRange& range, int channel, std::size_t texel, float value) {

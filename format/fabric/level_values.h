@@ -1,7 +1,7 @@
 // Conversion between layers of a level and pixels of the file's parts, and validation of values.
 #pragma once
 
-#include "format/base/issue_sink.h"
+#include "format/base/error.h"
 #include "format/exr/exr.h"
 #include "format/fabric/fabric.h"
 
@@ -17,10 +17,6 @@ ExrPixels layer_pixels(const FabricLevel& level, LayerKind kind, const LayerShap
 /// level.pairs to be set, and keep that many channels.
 void set_layer_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shape,
                       const std::vector<const std::vector<float>*>& planes);
-
-/// The place of a value in messages: "table/level 2/table.0003.red/5,7".
-std::string value_location(const std::string& part, int level, const std::string& channel, std::size_t texel,
-                           int width);
 
 /// Makes yarn that can be traced of the layers yarns and indirect, which the level has. FABRIC_MALFORMED, the
 /// place being "yarns/node 17", for yarn that validate() refuses; FILE_TOO_LARGE for more than `memory`

@@ -16,7 +16,6 @@
 
 #include "format/base/atomic_file.h"
 #include "format/base/error.h"
-#include "format/base/issue_sink.h"
 #include "format/gltf/limits.h"
 
 namespace selvedge {

@@ -4,7 +4,6 @@
 #include <string>
 
 #include "format/base/error.h"
-#include "format/base/issue_sink.h"
 #include "format/gltf/limits.h"
 #include "format/scene/scene.h"
 

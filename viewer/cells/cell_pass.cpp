@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstring>
 
-#include "format/base/chunks.h"
+#include "format/base/parallel.h"
 #include "format/fabric/lifted.h"
 
 namespace selvedge {

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "format/base/chunks.h"
+#include "format/base/parallel.h"
 #include "format/fabric/yarn_sky.h"
 
 namespace selvedge {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "format/base/chunks.h"
 #include "format/base/parallel.h"
 
 namespace selvedge {

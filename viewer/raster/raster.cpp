@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "format/base/chunks.h"
+#include "format/base/parallel.h"
 #include "format/simd/wide_float.h"
 
 namespace selvedge {

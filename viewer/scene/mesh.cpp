@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "format/base/chunks.h"
+#include "format/base/parallel.h"
 
 namespace selvedge {
 namespace {
