@@ -41,9 +41,8 @@ Entry* enlist(const std::string& path) {
 }
 
 extern "C" void on_signal(int number) {
-  for (const Entry* entry = unfinished_files.load(); entry != nullptr; entry = entry->next) {
+  for (const Entry* entry = unfinished_files.load(); entry != nullptr; entry = entry->next)
     if (const char* path = entry->path.load()) unlink(path);
-  }
   std::signal(number, SIG_DFL);
   std::raise(number);
 }
@@ -87,9 +86,8 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
   std::error_code ignored;
   if (path.empty()) return fail(Code::file_unwritable, path, {}, "the output has no name");
   if (fs::is_directory(path, ignored)) return fail(Code::file_unwritable, path, {}, "is a folder");
-  if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored)) {
+  if (fs::exists(path, ignored) && !fs::is_regular_file(path, ignored))
     return fail(Code::file_unwritable, path, {}, "is a device or a pipe, not a plain file");
-  }
   if (fs::is_symlink(path, ignored) && !fs::exists(path, ignored)) {
     // The target belongs to whoever made the symlink.
     return fail(Code::file_unwritable, path, {}, "is a link to a file that is not there");

@@ -94,9 +94,8 @@ std::string to_line(const Error& error) {
     line += *part;
   }
   // Messages of other libraries may have several lines.
-  for (char& c : line) {
+  for (char& c : line)
     if (c == '\n' || c == '\r' || c == '\t') c = ' ';
-  }
   return fmt::format("{} [{}]", escape_unprintable(line), name_of(error.code));
 }
 
@@ -108,11 +107,10 @@ void IssueSink::add(Code code, std::string place, std::string message) {
 
 void IssueSink::add(Error issue) {
   Kind& kind = kinds_.at(static_cast<std::size_t>(severity_of(issue.code)));
-  if (++kind.count <= max_issues) {
+  if (++kind.count <= max_issues)
     issues_.push_back(std::move(issue));
-  } else if (!kind.first_dropped) {
+  else if (!kind.first_dropped)
     kind.first_dropped = std::move(issue);
-  }
 }
 
 void IssueSink::add(const Issues& issues) {

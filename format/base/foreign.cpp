@@ -53,9 +53,8 @@ std::string_view foreign_file_message(std::string_view bytes) {
   std::string_view text = bytes.substr(bytes.starts_with("\xef\xbb\xbf") ? 3 : 0);
   text.remove_prefix(std::min(text.find_first_not_of(" \t\r\n"), text.size()));
   const std::string head = lower_case(std::string(text.substr(0, 32)));
-  for (const auto& [start, kind] : kinds) {
+  for (const auto& [start, kind] : kinds)
     if (bytes.starts_with(start) || head.starts_with(start)) return kind;
-  }
   constexpr std::size_t longest_word = 60;  // of text that is not encoded
   const std::size_t end =
       text.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/=");

@@ -119,15 +119,13 @@ std::string exception_message(const std::exception& error) {
 
 std::string member_pointer(const std::string& object, const std::string& name) {
   std::string pointer = object + "/";
-  for (const char c : name) {
-    if (c == '~') {
+  for (const char c : name)
+    if (c == '~')
       pointer += "~0";
-    } else if (c == '/') {
+    else if (c == '/')
       pointer += "~1";
-    } else {
+    else
       pointer += c;
-    }
-  }
   return pointer;
 }
 

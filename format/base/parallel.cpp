@@ -65,9 +65,8 @@ void set_thread_limit(int threads) {
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
   limit().reset();
-  if (threads > 0) {
+  if (threads > 0)
     limit() = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism, threads);
-  }
 }
 
 int thread_count() {

@@ -37,11 +37,10 @@ std::string escape(std::string_view text, bool controls) {
   while (!text.empty()) {
     const std::size_t length = sequence_length(text);
     const std::string_view sequence = text.substr(0, length == 0 ? 1 : length);
-    if (length == 0 || (controls && is_control(text, length))) {
+    if (length == 0 || (controls && is_control(text, length)))
       for (const char c : sequence) escaped += fmt::format("\\x{:02X}", static_cast<unsigned char>(c));
-    } else {
+    else
       escaped += sequence;
-    }
     text.remove_prefix(sequence.size());
   }
   return escaped;

@@ -19,9 +19,8 @@ TerminalProgress::~TerminalProgress() {
 }
 
 Progress TerminalProgress::callback() {
-  if (progress_sink) {
+  if (progress_sink)
     return [sink = progress_sink, label = label_](double fraction) { (*sink)(label, fraction); };
-  }
   if (!active_) return {};
   return [this](double fraction) { show(fraction); };
 }

@@ -28,13 +28,11 @@ Result<void> write_file(const std::string& path, const std::string& text) {
 Result<std::string> read_file(const std::string& path, std::uintmax_t limit) {
   const Result<InputFile> file = InputFile::open(path);
   if (!file) return tl::unexpected(file.error());
-  if (file->size() > limit) {
+  if (file->size() > limit)
     return fail(Code::file_too_large, path, {}, fmt::format("larger than {} bytes", limit));
-  }
   std::string text(file->size(), '\0');
-  if (!file->read(0, {reinterpret_cast<std::uint8_t*>(text.data()), text.size()})) {
+  if (!file->read(0, {reinterpret_cast<std::uint8_t*>(text.data()), text.size()}))
     return fail(Code::file_unreadable, path, {}, std::strerror(errno));
-  }
   return text;
 }
 

@@ -427,9 +427,8 @@ void shade_hairs(const ShadingJob& job, std::span<const SeenHair> hairs, std::si
     }
   }
   flush();
-  for (Group& colour : colours) {
+  for (Group& colour : colours)
     for (float& value : colour) value *= once ? 1.0F : 0.5F;
-  }
   for (std::size_t k = 0; k < count; ++k) colours[k * job.view.plane_count][3] = 1;
 }
 
@@ -528,9 +527,8 @@ void make_cell_image(const CellSource& source, const CellView& view, CellScratch
   const float of_yarn = view.levels.yarn_weight;
   make_yarn_samples(source, view, scratch);
   if (of_yarn < 1) {
-    for (Group& sample : scratch.samples) {
+    for (Group& sample : scratch.samples)
       for (float& value : sample) value *= of_yarn;
-    }
     source.texels->add_to_samples(view, scratch.samples);
   }
   filter(view, scratch, image);

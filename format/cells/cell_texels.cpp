@@ -125,9 +125,8 @@ std::vector<float> smooth_response(const Fabric& fabric) {
     const float part = d.z * two_pi / static_cast<float>(grid.count());
     for (std::size_t b = 0; b < functions; ++b) {
       const V3f of_b = psi(*bases, fabric, b, taps) * part;
-      for (std::size_t k = 0; k < smooth_function_count; ++k) {
+      for (std::size_t k = 0; k < smooth_function_count; ++k)
         for (int c = 0; c < 3; ++c) response[(b * smooth_function_count + k) * 3 + c] += of_b[c] * basis[k];
-      }
     }
   }
   return response;

@@ -354,9 +354,8 @@ SELVEDGE_INLINE void blend_pieces(const YarnPieces& pieces, const V2f& period, f
     for (int base = begin; base < end; base += static_cast<int>(N)) {
       const int lanes = std::min(static_cast<int>(N), end - base);
       const bool any = set_up<N>(pieces, base, period, plane, view, texel, fields);
-      for (int i = 0; i < lanes; ++i, ++hair) {
+      for (int i = 0; i < lanes; ++i, ++hair)
         if (any && fields[shown][i] > 0) blend<N>(fields, i, colours, seen, hair, raw);
-      }
     }
   }
 }

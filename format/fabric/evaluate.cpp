@@ -103,9 +103,8 @@ V3f table_radiance(const FabricLevel& level, const FabricInfo& info, std::size_t
   const bool products = level.has(LayerKind::products);
   if (light_table.empty() && !products) return view_table;
   V3f sum = level.has(LayerKind::table) || !light_table.empty() ? view_table : V3f(0, 0, 0);
-  if (!light_table.empty()) {
+  if (!light_table.empty())
     sum *= interpolated(&light_table[index_of(static_cast<int>(texel), 0, info.lights.count())], lights);
-  }
   if (products) sum += product_sum(level, info, texel, views, lights);
   return bracket(sum);
 }
@@ -196,11 +195,9 @@ bool has_holes(const Fabric& fabric, int level) {
   const FabricLevel& texels = fabric.levels[level];
   const V3f up(0, 0, 1);
   double openness = 0;
-  for (int y = 0; y < texels.height; ++y) {
-    for (int x = 0; x < texels.width; ++x) {
+  for (int y = 0; y < texels.height; ++y)
+    for (int x = 0; x < texels.width; ++x)
       openness += 1 - static_cast<double>(evaluate(fabric, level, x, y, up, up).alpha);
-    }
-  }
   return openness > 0.0005 * texels.texels();
 }
 

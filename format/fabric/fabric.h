@@ -149,9 +149,8 @@ struct Fabric : FabricInfo {
 template <class Visit>
 void for_each_side(const Fabric& fabric, const Visit& visit) {
   visit(fabric);
-  for (const auto& other : fabric.sides) {
+  for (const auto& other : fabric.sides)
     if (other) visit(*other);
-  }
 }
 
 /// The fabric turned over, so that its back is its front: levels of the back, or of the front where it

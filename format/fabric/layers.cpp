@@ -99,9 +99,8 @@ std::string part_name(LayerKind kind, Side side) {
 }
 
 std::optional<LayerKind> find_layer_kind(std::string_view name) {
-  for (const LayerKind kind : all_layers) {
+  for (const LayerKind kind : all_layers)
     if (name == name_of(kind)) return kind;
-  }
   return std::nullopt;
 }
 

@@ -253,13 +253,11 @@ LightSampler::LightSampler(const Fabric& fabric, double level, const V2d& uv, co
   }
 
   double total = 0;
-  for (const auto& parts : parts_) {
+  for (const auto& parts : parts_)
     for (const Part& part : parts) total += part.fraction;
-  }
   const double scale = total > 0 ? (1 - floor_weight) / total : 0;
-  for (auto& parts : parts_) {
+  for (auto& parts : parts_)
     for (Part& part : parts) part.fraction *= scale;
-  }
   double weights = 0;
   for (const Floor& floor : floors_) weights += floor.weight;
   for (const Floor& floor : floors_) {

@@ -108,15 +108,13 @@ std::optional<FabricReader> FabricReader::open(ExrReader file, const FabricLimit
     sink.add(Code::fabric_digest, names::attribute_digest,
              "does not match the attributes, part and channel names");
   }
-  if (first.name == names::part_preview && !first.has_mipmaps) {
+  if (first.name == names::part_preview && !first.has_mipmaps)
     check_size(first, *header, sink);
-  } else {
+  else
     sink.add(Code::fabric_part, names::part_preview, "the first part is not a preview in scanlines");
-  }
   for_each_side(*header, [&](const FabricHeader& side) {
-    for (const LayerKind kind : all_layers) {
+    for (const LayerKind kind : all_layers)
       if (side.layer(kind)) check_layer_part(file, side, kind, sink);
-    }
   });
   if (sink.has_error()) return std::nullopt;
   return FabricReader(std::move(file), std::move(*header), limits.memory);
@@ -185,11 +183,10 @@ Fabric FabricReader::read_side(const FabricHeader& side, IssueSink& sink) {
       if (!side.has(kind, k)) continue;
       const int part = file_.find_part(part_name(kind, side.side));
       const auto pixels = file_.read_level(part, k);
-      if (pixels) {
+      if (pixels)
         decode_layer(file_.parts()[part], *pixels, side, kind, k, level, sink);
-      } else {
+      else
         sink.add(pixels.error());
-      }
     }
   }
   const std::shared_ptr<const ProductBases> bases = fabric.levels.front().bases;

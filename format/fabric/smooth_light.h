@@ -39,9 +39,8 @@ struct SmoothLight {
 
 /// In the plane z = 0.
 inline SmoothLight mirrored(SmoothLight light) {
-  for (std::size_t k = 0; k < smooth_function_count; ++k) {
+  for (std::size_t k = 0; k < smooth_function_count; ++k)
     if (is_odd_in_z(k)) light.coefficients[k] = -light.coefficients[k];
-  }
   return light;
 }
 

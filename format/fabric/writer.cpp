@@ -36,9 +36,8 @@ ExrPart data_part(const Fabric& fabric, LayerKind kind, const LayerShape& shape,
   ExrPart part = new_part(fabric, part_name(kind, shape.side));
   part.has_mipmaps = true;
   part.levels = level_count(part.width, part.height);
-  for (const std::string& channel : channel_names(kind, shape)) {
+  for (const std::string& channel : channel_names(kind, shape))
     part.channels.push_back({channel, options.half_layers.contains(kind)});
-  }
   return part;
 }
 
@@ -91,9 +90,8 @@ ExrPixels preview_of(const FabricLevel& level, const FabricInfo& info) {
 /// The pixels of a level of the part, zeros if the fabric does not have the level or layer.
 ExrPixels pixels_at(const Fabric& fabric, LayerKind kind, const LayerShape& shape, int level) {
   const bool bases = kind == LayerKind::bases;
-  if (!bases && level < static_cast<int>(fabric.levels.size()) && is_stored(fabric, kind, level)) {
+  if (!bases && level < static_cast<int>(fabric.levels.size()) && is_stored(fabric, kind, level))
     return layer_pixels(fabric.levels[level], kind, shape);
-  }
   FabricLevel stored;
   stored.width = level_size(fabric.texels().x, level);
   stored.height = level_size(fabric.texels().y, level);
@@ -173,11 +171,10 @@ Result<FabricParts> FabricParts::plan(const std::string& path, const Fabric& fab
     if (sided == nullptr) continue;
     auto added = add_side(*sided, layer_shape_of(fabric).yarns, options, result.parts, result.layers);
     if (!added) return failed(added.error());
-    if (side == Side::front) {
+    if (side == Side::front)
       header = std::move(*added);
-    } else {
+    else
       header.sides.push_back(std::move(*added));
-    }
   }
   if (result.layers.empty()) return fail(Code::fabric_malformed, path, "layers", "the fabric has no layer");
   const std::string text = header_to_json(header);
@@ -194,17 +191,15 @@ Result<FabricParts> FabricParts::plan(const std::string& path, const Fabric& fab
 Fabric round_to_stored_precision(const Fabric& fabric, const LayerSet& half) {
   Fabric result = fabric;
   for (FabricLevel& level : result.levels) level = as_stored(std::move(level), half);
-  for (auto& other : result.sides) {
+  for (auto& other : result.sides)
     if (other) other = std::make_shared<const Fabric>(round_to_stored_precision(*other, half));
-  }
   if (!half.contains(LayerKind::bases) || !shared_bases(fabric)) return result;
   ProductBases rounded = *shared_bases(fabric);
   round_to_half(rounded.view);
   for (V3f& psi : rounded.light) round_to_half({&psi.x, 3});
   const auto bases = std::make_shared<const ProductBases>(std::move(rounded));
-  for (FabricLevel& level : result.levels) {
+  for (FabricLevel& level : result.levels)
     if (level.bases) level.bases = bases;
-  }
   return result;
 }
 

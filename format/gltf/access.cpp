@@ -45,9 +45,8 @@ template <class T>
 std::vector<T> convert(std::span<const std::uint8_t> elements, int type, bool normalized) {
   const std::size_t size = component_size(type);
   std::vector<T> values(elements.size() / size);
-  for (std::size_t i = 0; i < values.size(); ++i) {
+  for (std::size_t i = 0; i < values.size(); ++i)
     values[i] = static_cast<T>(number_at(elements.data() + i * size, type, normalized));
-  }
   return values;
 }
 
@@ -93,9 +92,8 @@ const Json& root_entry(const GltfDocument& document, const char* array, int inde
 int component_count(const Json& accessor) {
   constexpr std::array<std::pair<const char*, int>, 7> table{
       {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}};
-  for (const auto& [name, components] : table) {
+  for (const auto& [name, components] : table)
     if (member(accessor, "type") == name) return components;
-  }
   return 0;
 }
 
@@ -174,9 +172,8 @@ Bytes GltfReader::gather(const Json& object, std::size_t count, std::size_t size
          fmt::format("{} elements of {} bytes from byte {} on reach beyond buffer view {} of {} bytes", count,
                      size, offset, view, length));
   Bytes elements(count * size);
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < count; ++i)
     std::memcpy(elements.data() + i * size, stored.data() + offset + i * stride, size);
-  }
   return elements;
 }
 
@@ -210,13 +207,12 @@ Bytes GltfReader::elements(int accessor, const std::string& place) {
   const Json& json = entry("accessors", accessor, place);
   const std::string where = at("accessors", accessor);
   Bytes elements;
-  if (!member(json, "bufferView").is_null()) {
+  if (!member(json, "bufferView").is_null())
     elements = gather(json, shape.count, shape.element_size(), where);
-  } else if (shape.count > max_unbacked_elements(document)) {
+  else if (shape.count > max_unbacked_elements(document))
     fail(Code::file_too_large, where, fmt::format("{} elements without a buffer view", shape.count));
-  } else {
+  else
     elements.resize(shape.count * shape.element_size());
-  }
   const Json& sparse = member(json, "sparse");
   if (!sparse.is_null()) apply_sparse(sparse, shape, where + "/sparse", elements);
   return elements;

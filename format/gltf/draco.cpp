@@ -285,10 +285,9 @@ class Packer {
  private:
   template <class F>
   void each_primitive(const F& visit) {
-    for (std::size_t m = 0; m < array_member(document_.json, "meshes").size(); ++m) {
+    for (std::size_t m = 0; m < array_member(document_.json, "meshes").size(); ++m)
       for (std::size_t p = 0; p < array_member(document_.json["meshes"][m], "primitives").size(); ++p)
         visit(document_.json["meshes"][m]["primitives"][p], fmt::format("/meshes/{}/primitives/{}", m, p));
-    }
   }
 
   template <class F>

@@ -18,9 +18,8 @@ bool copy_values(const draco::Mesh& mesh, const Attribute& attribute, std::uint8
   std::vector<T> value(components);
   for (std::uint32_t p = 0; p < mesh.num_points(); ++p) {
     if (!attribute.ConvertValue<T>(attribute.mapped_index(draco::PointIndex(p)),
-                                   static_cast<std::int8_t>(components), value.data())) {
+                                   static_cast<std::int8_t>(components), value.data()))
       return false;
-    }
     std::memcpy(out + p * components * sizeof(T), value.data(), components * sizeof(T));
   }
   return true;
@@ -70,10 +69,9 @@ Result<DracoMesh> DracoMesh::decode(std::span<const std::uint8_t> bytes) {
     DracoMesh decoded;
     decoded.points_ = mesh.value()->num_points();
     decoded.indices_.reserve(std::size_t{mesh.value()->num_faces()} * 3);
-    for (std::uint32_t f = 0; f < mesh.value()->num_faces(); ++f) {
+    for (std::uint32_t f = 0; f < mesh.value()->num_faces(); ++f)
       for (const draco::PointIndex& point : mesh.value()->face(draco::FaceIndex(f)))
         decoded.indices_.push_back(point.value());
-    }
     decoded.decoded_ = std::make_shared<Decoded>(Decoded{std::move(mesh).value()});
     return decoded;
   } catch (const std::exception& error) {

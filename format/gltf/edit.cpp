@@ -43,9 +43,8 @@ int append_attribute_view(GltfDocument& document, const AccessorShape& shape,
   const std::size_t stride = (size + 3) / 4 * 4;
   if (stride == size) return append_view(document, elements, 34962);
   Bytes rows(shape.count * stride);
-  for (std::size_t i = 0; i < shape.count; ++i) {
+  for (std::size_t i = 0; i < shape.count; ++i)
     std::memcpy(rows.data() + i * stride, elements.data() + i * size, size);
-  }
   return append_view(document, rows, 34962, static_cast<int>(stride));
 }
 

@@ -70,11 +70,9 @@ std::optional<TransformFault> transform_range_fault(const UvTransform& transform
   const auto largest = [](const V2d& pair) { return std::max(std::abs(pair.x), std::abs(pair.y)); };
   for (const auto& [which, value] : {std::pair{offset, largest(transform.offset)},
                                      {rotation, std::abs(transform.rotation)},
-                                     {scale, largest(transform.scale)}}) {
-    if (!(value <= double{Limits::max()})) {
+                                     {scale, largest(transform.scale)}})
+    if (!(value <= double{Limits::max()}))
       return TransformFault{which, fmt::format("{:g} is beyond 32-bit floats", value)};
-    }
-  }
   return std::nullopt;
 }
 
@@ -160,9 +158,8 @@ Result<int> add_fabric(GltfDocument& document, const FabricSource& source) {
   if (!present) return tl::unexpected<Error>(present.error());
   for (std::size_t i = 0; i < present->size(); ++i) {
     const std::string address = string_of(member(entries_of(document)[i], uri));
-    if (source.uri.empty() ? (*present)[i].bytes == source.bytes : address == source.uri) {
+    if (source.uri.empty() ? (*present)[i].bytes == source.bytes : address == source.uri)
       return static_cast<int>(i);
-    }
   }
   Json entry = Json::object();
   if (!source.name.empty()) entry[name] = source.name;

@@ -168,9 +168,8 @@ std::optional<M44d> local_transform(const Json& node) {
   std::array<double, 4> r{0, 0, 0, 1};
   std::array<double, 3> s{1, 1, 1};
   if (!numbers(member(node, "translation"), t) || !numbers(member(node, "rotation"), r) ||
-      !numbers(member(node, "scale"), s)) {
+      !numbers(member(node, "scale"), s))
     return std::nullopt;
-  }
   const M44d rotation = Imath::Quatd(r[3], r[0], r[1], r[2]).toMatrix44();
   return M44d().setScale(V3d(s[0], s[1], s[2])) * rotation * M44d().setTranslation(V3d(t[0], t[1], t[2]));
 }

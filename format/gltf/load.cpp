@@ -147,18 +147,16 @@ Bytes read_buffer(const GltfDocument& document, const Parts& parts, int index, s
   const std::optional<std::size_t> size = whole_number(member(buffer, "byteLength"));
   if (!size) reader.fail(Code::gltf_malformed, place, "no byteLength");
   Bytes bytes;
-  if (uri.is_string()) {
+  if (uri.is_string())
     bytes = read_uri(reader, uri.get<std::string>(), place, room);
-  } else if (index == 0 && parts.binary) {
+  else if (index == 0 && parts.binary)
     bytes.assign(parts.binary->begin(), parts.binary->end());
-  } else if (index == 0 && parts.is_glb) {
+  else if (index == 0 && parts.is_glb)
     reader.fail(Code::gltf_malformed, place, "neither a uri nor a binary chunk");
-  } else {
+  else
     return {};  // legal: a place for bytes that come by another way
-  }
-  if (bytes.size() < *size) {
+  if (bytes.size() < *size)
     reader.fail(Code::file_damaged, place, fmt::format("cut short: {} of {} bytes", bytes.size(), *size));
-  }
   bytes.resize(*size);
   room -= std::min<std::uint64_t>(room, bytes.size());
   return bytes;
@@ -200,19 +198,17 @@ void check_lists(const Json& root, IssueSink& issues) {
     const Json& entries = member(root, list);
     if (!entries.is_null() && !entries.is_array())
       issues.add(Code::gltf_malformed, fmt::format("/{}", list), "is not an array");
-    for (std::size_t i = 0; entries.is_array() && i < entries.size(); ++i) {
+    for (std::size_t i = 0; entries.is_array() && i < entries.size(); ++i)
       if (!(entries[i].*is_kind)())
         issues.add(Code::gltf_malformed, fmt::format("/{}/{}", list, i), fmt::format("is not {}", kind));
-    }
   };
   for (const char* list : objects) check(list, "an object", &Json::is_object);
   for (const char* list : names) check(list, "a string", &Json::is_string);
   const Json& required = array_member(root, "extensionsRequired");
   for (std::size_t i = 0; i < required.size(); ++i) {
     const std::string name = string_of(required[i]);
-    if (!name.empty() && !is_read(name)) {
+    if (!name.empty() && !is_read(name))
       issues.add(Code::gltf_unsupported, fmt::format("/extensionsRequired/{}", i), name + " is required");
-    }
   }
 }
 

@@ -26,9 +26,8 @@ MaterialUses find_material_uses(const Json& json) {
       const PrimitiveIndex place(static_cast<int>(m), static_cast<int>(p));
       uses[index_of(member(primitive, "material"))].insert(place);
       const Json& variants = member(member(primitive, "extensions"), names::gltf::variants);
-      for (const Json& mapping : array_member(variants, "mappings")) {
+      for (const Json& mapping : array_member(variants, "mappings"))
         uses[index_of(member(mapping, "material"))].insert(place);
-      }
     }
   }
   return uses;

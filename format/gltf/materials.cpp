@@ -20,9 +20,8 @@ float float_of(const Json& value, double otherwise) {
 
 template <class V>
 void read_factor(const Json& json, V& factor) {
-  for (std::size_t c = 0; json.is_array() && c < V::dimensions() && c < json.size(); ++c) {
+  for (std::size_t c = 0; json.is_array() && c < V::dimensions() && c < json.size(); ++c)
     factor[static_cast<int>(c)] = float_of(json[c], factor[static_cast<int>(c)]);
-  }
 }
 
 Wrap wrap_of(const Json& value) {
@@ -218,9 +217,7 @@ void read_materials(const GltfDocument& document, std::uint64_t image_bytes, std
 void add_remark(Scene& scene, std::string text) {
   constexpr std::size_t max_remarks = 100;
   if (scene.remarks.size() >= max_remarks) return;
-  if (std::ranges::find(scene.remarks, text) == scene.remarks.end()) {
-    scene.remarks.push_back(std::move(text));
-  }
+  if (std::ranges::find(scene.remarks, text) == scene.remarks.end()) scene.remarks.push_back(std::move(text));
 }
 
 }  // namespace selvedge

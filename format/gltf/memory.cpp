@@ -41,11 +41,10 @@ Result<MemoryBudget> check_scene_memory(const Scene& scene, std::uint64_t limit)
   const auto refuse = [&](const std::string& what) {
     return tl::unexpected<Error>(memory_limit_error(scene.file, "", what, limit));
   };
-  for (const ScenePrimitive& primitive : scene.primitives) {
+  for (const ScenePrimitive& primitive : scene.primitives)
     if (!budget.try_spend(primitive.positions.size(), bytes_per_vertex) ||
         !budget.try_spend(primitive.indices.size(), bytes_per_index))
       return refuse("its primitives");
-  }
   for (const SceneInstance& instance : scene.instances) {
     const ScenePrimitive& primitive = scene.primitives[instance.primitive];
     if (!budget.try_spend(1, bytes_per_instance) ||

@@ -123,10 +123,9 @@ class MeshDocument {
     float largest = 0;
     for (const V3f& c : colours) largest = std::max({largest, c.x, c.y, c.z});
     const float full = largest > 1.5F ? 255 : 1;
-    for (V3f& colour : colours) {
+    for (V3f& colour : colours)
       for (int c = 0; c < 3; ++c)
         colour[c] = colour[c] >= 0 ? srgb_to_linear(std::min(colour[c] / full, 1.0F)) : 1;
-    }
     if (std::ranges::all_of(colours, [](const V3f& colour) { return colour == V3f(1); })) colours.clear();
     if (!mesh_.face_colours.values.empty())
       document_.remarks.emplace_back("colours of faces are left out; vertex colours are read");
@@ -136,10 +135,9 @@ class MeshDocument {
   void read_comments(const std::vector<std::string>& comments) {
     constexpr std::string_view key = " TextureFile ";
     MtlMaterial& material = materials_[""];
-    for (const std::string& comment : comments) {
+    for (const std::string& comment : comments)
       if (comment.starts_with(key) && material.diffuse_map.file.empty())
         material.diffuse_map.file = comment.substr(key.size());
-    }
   }
 
   /// The triangles of each material, with and without texture coordinates, by the materials' names.

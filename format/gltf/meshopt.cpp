@@ -49,9 +49,8 @@ struct Stream {
 };
 
 const char* extension_of(const Json& object) {
-  for (const char* name : {meshopt, khr_meshopt}) {
+  for (const char* name : {meshopt, khr_meshopt})
     if (!member(member(object, "extensions"), name).is_null()) return name;
-  }
   return nullptr;
 }
 

@@ -21,11 +21,9 @@ void add_differences(GltfReader& reader, const Json& target, const char* semanti
                      const std::string& place, std::vector<V>& values) {
   if (values.empty()) return;
   const auto differences = reader.attribute<Difference>(target, semantic, values.size(), place);
-  for (std::size_t i = 0; i < differences.size(); ++i) {
-    for (int c = 0; c < static_cast<int>(Difference::dimensions()); ++c) {
+  for (std::size_t i = 0; i < differences.size(); ++i)
+    for (int c = 0; c < static_cast<int>(Difference::dimensions()); ++c)
       values[i][c] = static_cast<typename V::BaseType>(values[i][c] + weight * differences[i][c]);
-    }
-  }
 }
 
 void add_target(GltfReader& reader, const Json& target, double weight, const std::string& place,
@@ -73,13 +71,11 @@ std::vector<M44d> skin_matrices(GltfReader& reader, const Json& primitive, const
       }
     }
   }
-  for (std::size_t v = 0; v < vertices; ++v) {
-    if (sums[v] > 0) {
+  for (std::size_t v = 0; v < vertices; ++v)
+    if (sums[v] > 0)
       matrices[v] *= 1 / sums[v];  // quantised weights do not add up to 1 exactly
-    } else if (first[v] < joints.size()) {
+    else if (first[v] < joints.size())
       matrices[v] = joints[first[v]];
-    }
-  }
   return matrices;
 }
 

@@ -78,13 +78,12 @@ void read_light(const GltfDocument& document, const Json& node, const M44d& worl
   SceneLight light;
   light.name = name_of(json, node);
   const Json& type = member(json, "type");
-  if (type == "point") {
+  if (type == "point")
     light.kind = LightKind::point;
-  } else if (type == "spot") {
+  else if (type == "spot")
     light.kind = LightKind::spot;
-  } else if (type != "directional") {
+  else if (type != "directional")
     return leave_out("unknown type");
-  }
   const Json& color = member(json, "color");
   for (std::size_t c = 0; color.is_array() && c < 3 && c < color.size(); ++c)
     light.color[static_cast<int>(c)] = static_cast<float>(number_or(color[c], 1));
@@ -376,9 +375,8 @@ class SceneReader {
       if (!everything_) return result;
     }
     const std::set<int> listed(result.begin(), result.end());
-    for (int i = 0; i < static_cast<int>(array_member(document_.json, "nodes").size()); ++i) {
+    for (int i = 0; i < static_cast<int>(array_member(document_.json, "nodes").size()); ++i)
       if (!transforms_.has_parent(i) && !listed.contains(i)) result.push_back(i);
-    }
     return result;
   }
 
@@ -399,11 +397,10 @@ class SceneReader {
       const Json& node = root_entry(document_, "nodes", index);
       const std::optional<M44d> local = local_transform(node);
       const bool is_new = visited.insert(index).second;
-      if (node.is_null()) {
+      if (node.is_null())
         add(Code::gltf_accessor, "/scenes", fmt::format("there is no /nodes/{}", index));
-      } else if (!is_new || !local) {
+      else if (!is_new || !local)
         add(Code::gltf_malformed, place, is_new ? malformed_transform : "the node is reached twice");
-      }
       if (node.is_null() || !is_new || !local) continue;
       const M44d world = *local * parent;
       visible = visible && is_visible(node);
@@ -419,13 +416,11 @@ class SceneReader {
 
   /// Meshes and nodes that no scene shows.
   void read_the_rest(const std::set<int>& visited) {
-    for (int i = 0; i < static_cast<int>(array_member(document_.json, "nodes").size()); ++i) {
+    for (int i = 0; i < static_cast<int>(array_member(document_.json, "nodes").size()); ++i)
       if (!visited.contains(i))
         add(Code::gltf_malformed, fmt::format("/nodes/{}", i), "the node is its own ancestor");
-    }
-    for (int m = 0; m < static_cast<int>(array_member(document_.json, "meshes").size()); ++m) {
+    for (int m = 0; m < static_cast<int>(array_member(document_.json, "meshes").size()); ++m)
       if (!shown_.contains(m)) attempt([&] { read_mesh(m, Json::object(), ""); });
-    }
   }
 
   void read_mesh_of_node(const Json& node, const std::string& place, const M44d& world) {
@@ -440,9 +435,8 @@ class SceneReader {
       reader.fail(Code::file_too_large, place, "too many instances");
     if (!has_room(primitives, places.size()))
       throw Failure{memory_limit_error(document_.file, place, "its instances", limits_.document.memory)};
-    for (const M44d& at : places) {
+    for (const M44d& at : places)
       for (const int primitive : primitives) scene_.instances.push_back({primitive, at});
-    }
   }
 
   /// find_entry(); -1 if `wanted` is empty or there is no such entry.
@@ -455,10 +449,9 @@ class SceneReader {
 
   void remark_on_unread_features() {
     if (!member(document_.json, "animations").is_null()) add_remark(scene_, "animations are not played");
-    for (const Json& name : array_member(document_.json, "extensionsUsed")) {
+    for (const Json& name : array_member(document_.json, "extensionsUsed"))
       if (name == names::gltf::variants && variant_ < 0)
         add_remark(scene_, "KHR_materials_variants: the default materials are used");
-    }
   }
 
   const GltfDocument& document_;

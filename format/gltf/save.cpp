@@ -125,10 +125,9 @@ Bytes glb_of(std::string json, Bytes binary) {
   Bytes file;
   file.reserve(size);
   const auto append_words = [&](std::initializer_list<std::size_t> values) {
-    for (const std::size_t value : values) {
+    for (const std::size_t value : values)
       for (unsigned shift = 0; shift < 32; shift += 8)
         file.push_back(static_cast<std::uint8_t>(value >> shift));
-    }
   };
   append_words({0x46546C67, 2, size, json.size(), 0x4E4F534A});
   file.insert(file.end(), json.begin(), json.end());

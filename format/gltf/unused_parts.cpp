@@ -71,10 +71,9 @@ void each_accessor(Json& root, const Visit& visit) {
 /// Fabrics of materials.
 void each_fabric(Json& root, const Visit& visit) {
   if (!root.contains("materials")) return;
-  for (Json& material : root["materials"]) {
+  for (Json& material : root["materials"])
     if (member(member(member(material, "extensions"), fabric_extension), fabric).is_object())
       visit_index(material["extensions"][fabric_extension][fabric], index, visit);
-  }
 }
 
 using Each = void (*)(Json& root, const Visit& visit);
@@ -97,9 +96,8 @@ void drop(Json& root, Json& owner, const char* array, Each each, const std::set<
     number = before - static_cast<int>(std::distance(dropped.begin(), dropped.lower_bound(before)));
   });
   Json rest = Json::array();
-  for (std::size_t i = 0; i < owner[array].size(); ++i) {
+  for (std::size_t i = 0; i < owner[array].size(); ++i)
     if (!dropped.contains(static_cast<int>(i))) rest.push_back(std::move(owner[array][i]));
-  }
   if (rest.empty())
     owner.erase(array);
   else

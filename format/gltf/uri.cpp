@@ -86,9 +86,8 @@ bool names_file(const std::string& uri) { return !uri.empty() && !uri.starts_wit
 /// The path that a URI names, wherever it lies.
 Result<std::string> path_of(const GltfDocument& document, const std::string& uri, const std::string& place) {
   const std::size_t colon = uri.find(':');
-  if (colon != std::string::npos && colon < uri.find('/')) {
+  if (colon != std::string::npos && colon < uri.find('/'))
     return fail(Code::gltf_unsupported, document.file, place, "a URI with a scheme: " + uri.substr(0, 40));
-  }
   const std::string decoded = percent_decoded(uri);
   // The system would take the name to end there.
   if (decoded.find('\0') != std::string::npos)
@@ -161,9 +160,8 @@ std::string find_similar_file(const GltfDocument& document, std::string name) {
         continue;
       }
       std::set<fs::path> alike;
-      for (fs::directory_iterator entry(found, error), end; !error && entry != end; entry.increment(error)) {
+      for (fs::directory_iterator entry(found, error), end; !error && entry != end; entry.increment(error))
         if (lower_case(entry->path().filename()) == lower_case(part)) alike.insert(entry->path());
-      }
       found = alike.empty() ? fs::path() : *alike.begin();
       if (found.empty()) break;
     }

@@ -245,9 +245,8 @@ bool FabricFile::sample_at(double level, double u, double v, std::span<const std
                            std::span<FabricLightSample> out) const {
   const auto at = state_->level_at(level, u, v);
   if (!at) return false;
-  for (const std::array<float, 3>& random : randoms) {
+  for (const std::array<float, 3>& random : randoms)
     if (!std::ranges::all_of(random, [](float x) { return x >= 0 && x <= 1; })) return false;
-  }
   SamplersAt samplers(state_->fabric, *at, V2d(u, v));
   return answer_all(randoms, views, out, [&](const V3f& random, const V3f& view) {
     V3d below_one(random);

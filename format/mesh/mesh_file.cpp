@@ -10,9 +10,8 @@ namespace {
 /// The columns of the first list of names that are all there; empty without.
 std::vector<const PlyProperty*> find_first(
     const PlyElement& element, std::initializer_list<std::initializer_list<std::string_view>> choices) {
-  for (const auto& names : choices) {
+  for (const auto& names : choices)
     if (auto found = element.find_all(names); !found.empty()) return found;
-  }
   return {};
 }
 

@@ -78,9 +78,8 @@ std::string rest_of(const Words& words, std::size_t first = 1) {
 std::optional<V3d> numbers_at(const Words& words, std::size_t first) {
   V3d numbers;
   if (words.size() < first + 3) return std::nullopt;
-  for (std::size_t i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < 3; ++i)
     if (!parse_number(words[first + i], numbers[static_cast<int>(i)])) return std::nullopt;
-  }
   return numbers;
 }
 
@@ -248,9 +247,8 @@ void read_mtl(std::string_view text, std::map<std::string, MtlMaterial>& materia
     }
     return {};
   });
-  for (auto& [name, read] : materials) {
+  for (auto& [name, read] : materials)
     if (!read.diffuse_map.file.empty() && read.diffuse == V3d(0, 0, 0)) read.diffuse.reset();
-  }
 }
 
 }  // namespace selvedge

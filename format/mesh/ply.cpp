@@ -153,9 +153,8 @@ bool read_property(PlyBody& body, PlyProperty& property) {
   double count = 1;
   if (property.length_type && !body.read(*property.length_type, count)) return false;
   if (!body.has(count, 1, property.type.size)) return false;
-  for (auto left = static_cast<std::size_t>(count); left > 0; --left) {
+  for (auto left = static_cast<std::size_t>(count); left > 0; --left)
     if (!body.read(property.type, property.values.emplace_back())) return false;
-  }
   if (property.length_type) property.list_ends.push_back(property.values.size());
   return true;
 }
@@ -180,9 +179,8 @@ std::vector<const PlyProperty*> PlyElement::find_all(std::initializer_list<std::
 }
 
 const PlyProperty* PlyElement::find_list(std::initializer_list<std::string_view> names) const {
-  for (const PlyProperty& property : properties) {
+  for (const PlyProperty& property : properties)
     if (property.length_type && std::ranges::find(names, property.name) != names.end()) return &property;
-  }
   return nullptr;
 }
 
@@ -208,16 +206,14 @@ Result<PlyFile> read_ply(std::string_view bytes, const std::string& file) {
     std::size_t size = 0;  // of an item without the contents of its lists
     for (const PlyProperty& property : element.properties) size += size_of(property);
     if (!body.has(static_cast<double>(element.count), element.properties.size(), size)) return damaged(0);
-    for (PlyProperty& property : element.properties) {
+    for (PlyProperty& property : element.properties)
       if (property.length_type)
         property.list_ends.reserve(element.count);
       else
         property.values.reserve(element.count);
-    }
     for (std::uint64_t i = 0; i < element.count; ++i) {
-      for (PlyProperty& property : element.properties) {
+      for (PlyProperty& property : element.properties)
         if (!read_property(body, property)) return damaged(i);
-      }
     }
   }
   return ply;

@@ -94,11 +94,10 @@ Image to_display_image(const Frame& frame, const DisplayOptions& options) {
   image.pixels.reserve(frame.pixels.size() * image.channels);
   for (const V4f& p : frame.pixels) {
     V3f colour = premultiplied_colour(p, options);
-    if (options.background) {
+    if (options.background)
       colour += *options.background * (1 - p.w);
-    } else if (p.w > 0) {
+    else if (p.w > 0)
       colour /= p.w;
-    }
     image.pixels.insert(image.pixels.end(), {colour.x, colour.y, colour.z});
     if (!options.background) image.pixels.push_back(p.w);
   }

@@ -38,10 +38,9 @@ V2d place_of(const Environment& e, const V3d& d) {
 Environment enlarged(const Environment& e) {
   const int factor = std::max(1, 256 / e.width);
   Environment result{e.width * factor, e.height * factor, {}, e.options};
-  for (int y = 0; y < result.height; ++y) {
+  for (int y = 0; y < result.height; ++y)
     for (int x = 0; x < result.width; ++x)
       result.radiance.push_back(e.radiance[static_cast<std::size_t>(y / factor) * e.width + x / factor]);
-  }
   return result;
 }
 
@@ -126,9 +125,8 @@ void make_radiance(Image& image, std::vector<std::string>& remarks) {
   constexpr float max_radiance = 1e12F;  // the sun has 2e9 cd/m2
   constexpr float max_half = 65504;
   float brightest = max_half;
-  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+  for (std::size_t i = 0; i < image.pixels.size(); ++i)
     if (i % 4 < 3 && image.pixels[i] <= max_radiance) brightest = std::max(brightest, image.pixels[i]);
-  }
   std::array<std::size_t, 3> counts{};
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     float& value = image.pixels[i];

@@ -28,10 +28,9 @@ std::string accuracy_json(const FitRecord& record) {
   json text = json::object();
   if (record.pair_count > 0)
     text = {{member::pairs, record.pair_count}, {member::peak, short_number(record.peak, "{:.6g}")}};
-  for (const Side side : all_sides) {
+  for (const Side side : all_sides)
     for (const double psnr : record.psnr[index_of(side)])
       text[name_of(side)].push_back(short_number(psnr, "{:.2f}"));
-  }
   return text.dump();
 }
 

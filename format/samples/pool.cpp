@@ -73,11 +73,8 @@ std::vector<V3d> pool_image(const std::vector<V3d>& values, int width, int heigh
   for (const auto& row : rows) {
     for (const auto& column : columns) {
       V3d sum(0, 0, 0);
-      for (const Overlap& r : row) {
-        for (const Overlap& c : column) {
-          sum += values[r.fine * width + c.fine] * (r.fraction * c.fraction);
-        }
-      }
+      for (const Overlap& r : row)
+        for (const Overlap& c : column) sum += values[r.fine * width + c.fine] * (r.fraction * c.fraction);
       result.push_back(sum);
     }
   }

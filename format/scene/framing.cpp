@@ -106,9 +106,8 @@ std::vector<V3d> used_points(const Scene& scene, const SceneInstance& part) {
   std::vector<bool> used(primitive.positions.size());
   for (const std::uint32_t index : primitive.indices) used[index] = true;
   std::vector<V3d> points;
-  for (std::size_t i = 0; i < used.size(); ++i) {
+  for (std::size_t i = 0; i < used.size(); ++i)
     if (used[i]) points.push_back(V3d(primitive.positions[i]) * part.world);
-  }
   return points;
 }
 
@@ -122,9 +121,8 @@ Result<Framing> frame_scene(const Scene& scene) {
     };
     const bool has_cloth = std::ranges::any_of(scene.instances, has_fabric);
     SceneParts cloth;
-    for (const SceneInstance& part : scene.instances) {
+    for (const SceneInstance& part : scene.instances)
       if (!has_cloth || has_fabric(part)) cloth.push_back(&part);
-    }
     const std::vector<Sample> samples = samples_of(scene, cloth);
     const Imath::Box3d bulk = bulk_box(scene, cloth);
     Imath::Box3d left_out;
@@ -147,10 +145,9 @@ Result<Framing> frame_scene(const Scene& scene) {
     for (const V3d& point : framing.points) beside.extendBy(point);
     const V3d margin(beside_distance * beside.size().length());
     beside = Imath::Box3d(beside.min - margin, beside.max + margin);
-    for (const SceneInstance& part : scene.instances) {
+    for (const SceneInstance& part : scene.instances)
       if (has_cloth && !has_fabric(part))
         frame(part, true, [&](const V3d& point) { return beside.intersects(point); });
-    }
     const std::array<V3d, 2> ends{left_out.min, left_out.max};
     for (std::size_t i = 0; i < 8 && !left_out.isEmpty(); ++i)
       framing.excluded_corners.emplace_back(ends[i % 2].x, ends[i / 2 % 2].y, ends[i / 4].z);

@@ -95,9 +95,8 @@ class TangentBuilder {
         if (group == none) group = face.group[k];
       }
     }
-    for (std::size_t v = 0; v < positions_.size(); ++v) {
+    for (std::size_t v = 0; v < positions_.size(); ++v)
       if (group_of[v] == none) group_of[v] = joined_group[joined_[v]];
-    }
     for (const std::uint32_t group : group_of) {
       const V3d t = group == none ? V3d(0, 0, 0) : groups_[group].sum;
       const double sign = group == none ? 1 : groups_[group].sign;
@@ -240,9 +239,8 @@ class TangentBuilder {
       if (!face.has_uv_area && face.group == std::array{none, none, none}) face.sign = sign;
       if (face.sign != sign) continue;
       face.group[k] = id;
-      for (const std::uint32_t next : {face.across[(k + 2) % 3], face.across[k]}) {
+      for (const std::uint32_t next : {face.across[(k + 2) % 3], face.across[k]})
         if (next != none) open.push_back(next);
-      }
     }
   }
 

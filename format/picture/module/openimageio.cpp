@@ -101,9 +101,8 @@ Result<std::vector<Image>> read_pixels(OIIO::ImageInput& input, std::size_t file
                                        const std::string& name, Transfer transfer, const ImageLimits& limits,
                                        std::span<const int> halvings, const Channels& order) {
   const OIIO::ImageSpec& spec = input.spec();
-  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep) {
+  if (spec.width < 1 || spec.height < 1 || spec.nchannels < 1 || spec.depth > 1 || spec.deep)
     return fail(Code::image_unreadable, name, "", "not a flat two-dimensional picture");
-  }
   const std::int64_t pixels = std::int64_t{spec.width} * spec.height;
   const std::string size =
       fmt::format("{} x {} pixels of {} channels", spec.width, spec.height, spec.nchannels);
