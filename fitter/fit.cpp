@@ -42,9 +42,8 @@ void store(const std::array<ChannelFit, 3>& fits, std::size_t texel, FabricLevel
     const ChannelFit& fit = fits[c];
     float* parameters = &level.lobes()[(texel * 3 + c) * fit.parameters.size()];
     std::ranges::transform(fit.parameters, parameters, to_finite_float);
-    for (std::size_t v = 0; level.has(LayerKind::table) && v < fit.table.size(); ++v) {
+    for (std::size_t v = 0; level.has(LayerKind::table) && v < fit.table.size(); ++v)
       level.view_table()[texel * fit.table.size() + v][c] = to_finite_float(fit.table[v]);
-    }
   }
 }
 

@@ -59,9 +59,8 @@ class PairResidual : public ceres::CostFunction {
       by_lobes[k + 3] = power > 0 ? by_sum * n * power * std::log(base) : 0;
     }
     residual[0] = root * (table * pair_.cosine * sum - value_);
-    for (std::size_t k = 0; slopes != nullptr && k < entries_; ++k) {
+    for (std::size_t k = 0; slopes != nullptr && k < entries_; ++k)
       if (slopes[k + 1] != nullptr) slopes[k + 1][0] = root * pair_.cosine * sum * pair_.views[k].second;
-    }
     return true;
   }
 
@@ -108,9 +107,8 @@ bool solve(const std::vector<TexelPair>& pairs, const std::vector<double>& value
     energy += pairs[i].weight * values[i] * values[i];
     weight += pairs[i].weight;
     std::vector<double*> blocks{lobes};
-    for (const auto& [view, factor] : pairs[i].views) {
+    for (const auto& [view, factor] : pairs[i].views)
       if (!table.empty()) blocks.push_back(&table[view]);
-    }
     problem.AddResidualBlock(new PairResidual(pairs[i], values[i], options.lobes, !table.empty()), nullptr,
                              blocks);
   }

@@ -227,9 +227,8 @@ Baked baked_yarn(const YarnCell& cell, const std::string& name, const BakeOption
     in_parallel(set.pairs.size(), work.pair,
                 [&](int p) { pairs[p] = sampler.sample_pair(set.pairs[p], header.truth_samples, noise[p]); });
     for (const PairSamples& pair : pairs) add_pair(set, pair);
-    for (const NoiseSum& of_pair : noise) {
+    for (const NoiseSum& of_pair : noise)
       if (kind == PairKind::held_out) held_out += of_pair;
-    }
   }
   finish(baked, o, all, held_out);
   if (!options.stores_yarns) {

@@ -78,9 +78,8 @@ Result<void> check_options(const BakeOptions& o, const std::string& name) {
         in_range("bounces", o.bounces == unlimited_bounces ? 0 : o.bounces, 0, 64),
         in_range("validation-pairs", o.validation_pairs, 0, 65536),
         in_range("held-out-pairs", o.held_out_pairs, 0, 65536),
-        in_range("truth-samples", o.truth_samples, 2, max_samples)}) {
+        in_range("truth-samples", o.truth_samples, 2, max_samples)})
     if (!ok) return ok;
-  }
   const double pixels = static_cast<double>(o.width) * o.height * o.views * o.lights * (o.both_sides ? 4 : 1);
   const auto limit = static_cast<double>(ExrLimits{}.pixels_per_part);
   if (pixels > limit) {

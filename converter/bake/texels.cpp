@@ -123,9 +123,8 @@ void TexelBaker::follow(const Packet& packet, const V3d& view, std::span<const V
     PathSampler sampler(packet.index[i], packet.seed[i]);
     radiance.assign(n, V3d(0, 0, 0));
     tracer_.add_indirect(points[i], view, lights, sampler, radiance);
-    for (std::size_t l = 0; l < n; ++l) {
+    for (std::size_t l = 0; l < n; ++l)
       for (std::size_t c = 0; c < 3; ++c) gather.radiance[c * n + l] += radiance[l][static_cast<int>(c)];
-    }
   }
 }
 
@@ -163,9 +162,8 @@ void TexelBaker::light_directly(const Packet& packet, const PointPacket& points,
     const V3f& light = lights[l];
     alignas(64) std::array<float, packet_size> cosine;
     std::uint32_t facing = 0;
-    for (std::size_t i = 0; i < packet_size; ++i) {
+    for (std::size_t i = 0; i < packet_size; ++i)
       cosine[i] = r.nx[i] * light.x + r.ny[i] * light.y + r.nz[i] * light.z;
-    }
     for (std::size_t i = 0; i < packet_size; ++i) facing |= (cosine[i] > 0 ? 1U : 0U) << i;
     facing &= hits;
     if (facing == 0) continue;

@@ -88,9 +88,8 @@ int add_backing(GltfDocument& document, int material, const std::set<PrimitiveIn
       moved.push_back(V3f(positions[i]) - V3f(normals[i] * distance));
     for (const char* own : {"extensions", "extras"}) primitive.erase(own);
     drop_colors(primitive["attributes"]);
-    if (primitive.contains("targets")) {
+    if (primitive.contains("targets"))
       for (Json& target : primitive["targets"]) drop_colors(target);
-    }
     primitive["attributes"]["POSITION"] = append_float_accessor(document, floats_of(moved), 3, true);
     primitive["material"] = behind;
     Json& primitives = document.json["meshes"][worn.first]["primitives"];

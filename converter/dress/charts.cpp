@@ -66,9 +66,8 @@ class Cutter {
     const auto edge = [&](std::size_t face, std::size_t k) {
       return std::minmax(welded[faces_[face][k]], welded[faces_[face][(k + 1) % 3]]);
     };
-    for (std::size_t f = 0; f < faces_.size(); ++f) {
+    for (std::size_t f = 0; f < faces_.size(); ++f)
       for (std::size_t k = 0; k < 3; ++k) edges.emplace_back(edge(f, k).first, edge(f, k).second, f);
-    }
     std::ranges::sort(edges);
     std::vector<bool> reached(faces_.size(), false);
     std::vector<std::size_t> order;
@@ -149,9 +148,8 @@ class Cutter {
     std::vector<int> labels;
     for (const V3d& n : smooth) {
       int axis = 2;  // of equal ones, front and back
-      for (const int other : {0, 1}) {
+      for (const int other : {0, 1})
         if (std::abs(n[other]) > std::abs(n[axis])) axis = other;
-      }
       labels.push_back(2 * axis + (n[axis] < 0 ? 1 : 0));
     }
     return labels;

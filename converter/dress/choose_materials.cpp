@@ -190,11 +190,10 @@ class Chooser {
       : document_(document), uses_(find_material_uses(document.json)), extents_(material_extents(scene)) {
     std::set<PrimitiveIndex> shown;
     for (const ScenePrimitive& p : scene.primitives) shown.emplace(p.mesh, p.primitive_index);
-    for (const auto& [material, places] : uses_) {
+    for (const auto& [material, places] : uses_)
       if (shown.empty() ||
           std::ranges::any_of(places, [&](const PrimitiveIndex& place) { return shown.contains(place); }))
         worn_.insert(material);
-    }
   }
 
   ChosenMaterials choose(const MaterialChoice& choice) {
@@ -202,9 +201,8 @@ class Chooser {
     ChosenMaterials result;
     if (choice.all_cloth) chosen = find_cloth(result.skipped_materials);
     for (const std::string& selector : choice.materials) chosen.merge(find(selector));
-    for (const std::string& selector : choice.excluded_materials) {
+    for (const std::string& selector : choice.excluded_materials)
       for (const int material : find(selector)) chosen.erase(material);
-    }
     if (chosen.empty()) {
       throw Failure{Error{Code::material_missing, document_.file, "/materials",
                           !result.skipped_materials.empty()
@@ -248,9 +246,8 @@ class Chooser {
     // A garment may have meshes that are called hair; brows and lashes are no garment.
     if (std::ranges::all_of(worn_, [&](int i) { return reasons_.contains(i); }) &&
         area_of(by_places) >= 0.5 * area_of(worn_) &&
-        std::ranges::all_of(by_places, [&](int i) { return reasons_[i] == reasons_[*by_places.begin()]; })) {
+        std::ranges::all_of(by_places, [&](int i) { return reasons_[i] == reasons_[*by_places.begin()]; }))
       for (const int i : by_places) reasons_.erase(i);
-    }
     leave_walls(nameless, named_cloth);
     leave_bodies(nameless);
     std::set<int> cloth;
@@ -335,9 +332,8 @@ class Chooser {
   }
 
   Verdict verdict_at(const PrimitiveIndex& place, const Context& context) {
-    for (const std::string& name : names_[place.first]) {
+    for (const std::string& name : names_[place.first])
       if (Verdict verdict = verdict_on(name, context); !verdict.says_nothing()) return verdict;
-    }
     return {};
   }
 

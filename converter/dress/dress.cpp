@@ -66,9 +66,8 @@ void check_options(const DressOptions& options, const V2d& shape) {
   for (const auto& [name, value] :
        {std::pair("repeats", std::abs(repeats.x)), std::pair("repeats", std::abs(repeats.y)),
         std::pair("scale", options.scale), std::pair("unit", options.metres_per_unit),
-        std::pair("height", options.garment_height.value_or(1))}) {
+        std::pair("height", options.garment_height.value_or(1))})
     if (!(value > 0) || !std::isfinite(value)) refuse(name, fmt::format("{} is not positive", value));
-  }
   if (std::remainder(options.rotation_degrees, 90) != 0 && shape.x != shape.y) {
     refuse("rotation", fmt::format("only right angles: the repeat is {:.5g} x {:.5g} mm, not a square",
                                    shape.x, shape.y));
@@ -140,9 +139,8 @@ class Dresser {
     if (const std::string advice = size_advice(size);
         !advice.empty() && options_.metres_per_unit == 1 && !options_.garment_height)
       report_.warnings.push_back(advice);
-    for (std::optional<Cloth>& cloth : cloths_) {
+    for (std::optional<Cloth>& cloth : cloths_)
       if (cloth) cloth->index = value_or_throw(add_fabric(document_, cloth->source));
-    }
     std::map<int, double> backed;
     if (!options_.single_sided) backed = double_layer_fractions(scene);
     for (const int material : chosen.materials)
@@ -295,9 +293,8 @@ class Dresser {
   /// Takes materials that have nothing to lay flat out of the list of all.
   void unwrap_all(const std::vector<int>& flat, std::vector<int>& all) {
     std::set<PrimitiveIndex> done;
-    for (const int material : flat) {
+    for (const int material : flat)
       if (!attempt(material, [&] { unwrap_material(material, done); })) std::erase(all, material);
-    }
   }
 
   void unwrap_material(int material, std::set<PrimitiveIndex>& done) {

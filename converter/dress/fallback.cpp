@@ -148,9 +148,8 @@ std::vector<std::string> drop_lobes(GltfDocument& document, Json& material, bool
   }
   for (const std::string& key : dropped) material["extensions"].erase(key);
   if (material["extensions"].empty()) material.erase("extensions");
-  for (const std::string& key : dropped) {
+  for (const std::string& key : dropped)
     if (!occurs(document.json, key)) unlist_extension(document.json, key.c_str());
-  }
   return dropped;
 }
 
@@ -162,9 +161,8 @@ void set_fallback(GltfDocument& document, int material, const Fallback& fallback
   Json& json = document.json["materials"][material];
   drop_lobes(document, json);
   Json& core = json["pbrMetallicRoughness"];
-  for (const char* key : {"baseColorFactor", "metallicRoughnessTexture"}) {
+  for (const char* key : {"baseColorFactor", "metallicRoughnessTexture"})
     if (core.contains(key)) core.erase(key);
-  }
   V3f tint(1, 1, 1);
   for (std::size_t c = 0; c < 3 && part(tint_factor).is_array() && c < part(tint_factor).size(); ++c)
     tint[static_cast<int>(c)] = static_cast<float>(number_or(part(tint_factor)[c], 1));

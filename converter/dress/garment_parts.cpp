@@ -74,17 +74,15 @@ struct Keeper {
   KeptMaterialMembers keep() {
     const Json& extension = member(member(json, "extensions"), fabric_extension);
     if (extension.is_object()) {
-      for (const char* part : {mask_texture, normal_texture, tint_texture}) {
+      for (const char* part : {mask_texture, normal_texture, tint_texture})
         if (extension.contains(part)) parts.kept.emplace_back(part);
-      }
     } else {
       keep_base_color();
       keep_mask();
       keep_normals();
       name_replaced();
-      for (const char* part : {"occlusionTexture", "emissiveTexture"}) {
+      for (const char* part : {"occlusionTexture", "emissiveTexture"})
         if (json.contains(part)) parts.kept.emplace_back(part);
-      }
     }
     if (options.color) set_tint(tint_for_color(*options.color, albedo));
     if (options.tint) set_tint(*options.tint);
@@ -261,10 +259,9 @@ struct Keeper {
     if (member(json, "pbrMetallicRoughness").contains("metallicRoughnessTexture"))
       parts.replaced.emplace_back("metallicRoughnessTexture");
     const Json& extensions = member(json, "extensions");
-    for (auto it = extensions.begin(); extensions.is_object() && it != extensions.end(); ++it) {
+    for (auto it = extensions.begin(); extensions.is_object() && it != extensions.end(); ++it)
       if (it.key().starts_with("KHR_materials_") && it.key() != "KHR_materials_emissive_strength")
         parts.replaced.push_back(it.key());
-    }
   }
 };
 

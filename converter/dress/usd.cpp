@@ -203,9 +203,8 @@ class MaterialPrim {
         line("float2 inputs:scale", fmt::format("({}, {})", t.scale.x, t.scale.y)) +
         line("float2 inputs:translation", fmt::format("({}, {})", t.translation.x, t.translation.y)) +
         "                float2 outputs:result\n";
-    for (const auto& [name, present] : shaders_) {
+    for (const auto& [name, present] : shaders_)
       if (present == body) return output(name, "result");
-    }
     const std::string name = fmt::format("transform_{}", transforms_++);
     add(name, body);
     return output(name, "result");
@@ -362,10 +361,9 @@ Result<void> check_names(const GltfDocument& document, const UsdFiles& files) {
     if (uri.empty()) continue;
     const Result<std::string> path = resolve_uri(document, uri, "");
     std::error_code ignored;
-    for (const UsdFile& file : files.files) {
+    for (const UsdFile& file : files.files)
       if (path && fs::equivalent(*path, file.path, ignored))
         return fail(Code::file_unwritable, file.path, "", "is a picture of the garment");
-    }
   }
   return {};
 }

@@ -145,10 +145,9 @@ Issues check_uv_areas(const Scene& scene) {
     const std::optional<FabricReference>& fabric = scene.materials[m].fabric;
     if (!fabric || fabric->tex_coord > 1) continue;
     std::set<int> primitives;  // those that show
-    for (const SceneInstance& instance : scene.instances) {
+    for (const SceneInstance& instance : scene.instances)
       if (scene.primitives[instance.primitive].material == static_cast<int>(m))
         primitives.insert(instance.primitive);
-    }
     const V2d metres = measure_uv(scene, primitives, fabric->tex_coord).metres_per_uv;
     if (primitives.empty() || (metres.x > 0 && metres.y > 0)) continue;
     issues.push_back({Code::garment_no_uvs, scene.file, fmt::format("/materials/{}", m),
@@ -159,17 +158,15 @@ Issues check_uv_areas(const Scene& scene) {
 
 Imath::Box3d bounds_of(const Scene& scene) {
   Imath::Box3d bounds;
-  for (const SceneInstance& instance : scene.instances) {
+  for (const SceneInstance& instance : scene.instances)
     for (const V3d& point : used_points(scene, instance)) bounds.extendBy(point);
-  }
   return bounds;
 }
 
 GarmentBounds robust_bounds(const Scene& scene, const std::set<int>& chosen) {
   SceneParts parts;
-  for (const SceneInstance& instance : scene.instances) {
+  for (const SceneInstance& instance : scene.instances)
     if (chosen.contains(instance.primitive)) parts.push_back(&instance);
-  }
   const Imath::Box3d bulk = bulk_box(scene, parts);
   GarmentBounds found;
   for (const SceneInstance* part : parts) {

@@ -121,10 +121,9 @@ class Exporter {
       for (const auto& [texture, what] :
            {std::pair(&material.garment_textures.mask, "mask"),
             std::pair(&material.garment_textures.normal, "normal texture"),
-            std::pair(&material.garment_textures.tint_texture, "texture of the tint")}) {
+            std::pair(&material.garment_textures.tint_texture, "texture of the tint")})
         if (texture->image >= 0)
           report_.warnings.push_back(fmt::format("{}: the {} is left out", cloths_.back().name, what));
-      }
       if (std::ranges::any_of(scene.primitives,
                               [&](const ScenePrimitive& p) { return p.material == m && !p.colors.empty(); }))
         report_.warnings.push_back(cloths_.back().name + ": the vertex colours are left out");

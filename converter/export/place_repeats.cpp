@@ -306,9 +306,8 @@ LaidCloth place_repeats(const Cloth& cloth, const std::vector<ClothCell>& cells,
   std::map<std::pair<int, MeshShape>, int> counts;
   const auto count_of = [&](std::size_t i) -> int& { return counts[{mesh_of_cell[i], layer.laid[i].shape}]; };
   for (std::size_t i = 0; i < cells.size(); ++i) count_of(i) += layer.laid[i].lay == Lay::copy;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
+  for (std::size_t i = 0; i < cells.size(); ++i)
     if (layer.laid[i].lay == Lay::copy && count_of(i) < fewest_copies) layer.laid[i].lay = Lay::bent;
-  }
   for (bool changed = true; changed;) {
     each([&](int i) { layer.measure(i); });
     changed = false;

@@ -123,12 +123,11 @@ void Exchange::add(const ForEachLink& for_each_link) {
     std::ranges::merge(before, more, std::back_inserter(sums), {}, &Part::from, &Part::from);
     start_[row] = begin;
     std::size_t end = begin;
-    for (std::size_t k = begin; k < sums.size(); ++k) {
+    for (std::size_t k = begin; k < sums.size(); ++k)
       if (end > begin && sums[end - 1].from == sums[k].from)
         sums[end - 1].weight += sums[k].weight;
       else
         sums[end++] = sums[k];
-    }
     sums.resize(end);
   }
   start_.back() = sums.size();
@@ -158,10 +157,9 @@ void add_row(std::span<const Exchange::Part> row, const ColourValues* sent, Colo
 SELVEDGE_WIDE
 void send_on(const V3f& back, const ColourValues& light, const V3f& through, const ColourValues& other,
              ColourValues& sent) {
-  for (int c = 0; c < 3; ++c) {
+  for (int c = 0; c < 3; ++c)
     for (int k = c * functions; k < (c + 1) * functions; ++k)
       sent.v[k] = back[c] * light.v[k] + through[c] * other.v[k];
-  }
 }
 
 /// How a patch reflects light of the sky.
@@ -185,14 +183,12 @@ void reflect_first(const FirstReflection& by, const Moments& direct, const std::
     of_body *= -by.lustre;
     of_gloss *= -lustre_of_gloss;
   }
-  for (int c = 0; c < 3; ++c) {
+  for (int c = 0; c < 3; ++c)
     for (int k = 0; k < functions; ++k) *irradiance++ += weight * (by.back[c] * body[k] + gloss[k]);
-  }
   if (met == nullptr) return;
   const float all = by.back.x + by.back.y + by.back.z;
-  for (int n = 0; n < orders; ++n) {
+  for (int n = 0; n < orders; ++n)
     for (int k = 0; k < functions; ++k) (*met)[n][k] += weight * v[n] * (all * body[k] + 3 * gloss[k]);
-  }
 }
 
 /// Inner products of the functions over light from evenly all around, and their means.
@@ -213,10 +209,9 @@ struct EvenLight {
   std::array<double, light_moment_count> means_over(const Moments& met) const {
     std::array<double, orders> sums{};
     for (int n = 0; n < orders; ++n) {
-      for (int j = 0; j < functions; ++j) {
+      for (int j = 0; j < functions; ++j)
         for (int k = 0; k < functions; ++k)
           sums[n] += static_cast<double>(met[0][j] * products[j][k] * met[n][k]);
-      }
     }
     std::array<double, light_moment_count> means{};
     for (int n = 0; n < light_moment_count && sums[0] > 0; ++n) means[n] = sums[n + 1] / sums[0];
@@ -335,9 +330,8 @@ void LineLight::find_exchange() {
         area_[patches_.inside_patch(a)] += c.area;
         area_[patches_.inside_patch(b)] += c.area;
       }
-      for (const auto* faces : {&c.sky_above, &c.sky_below}) {
+      for (const auto* faces : {&c.sky_above, &c.sky_below})
         for (const PatchFace& face : *faces) area_[face.patch] += c.area;
-      }
       c.inside_links = std::vector<std::array<std::int32_t, 2>>();
     }
   }
@@ -369,9 +363,8 @@ void LineLight::light_directly(bool below) {
       // Lines of m directions, and backwards, pass a place in the mean of the cosine over the sphere, 1/2:
       // irradiance is m / 2 times what falls on the area of its lines.
       const float scale = c.area * static_cast<float>(m) / (2 * area_[face.patch]);
-      for (int n = 0; n < orders; ++n) {
+      for (int n = 0; n < orders; ++n)
         for (int k = 0; k < functions; ++k) direct_[face.patch][n][k] += scale * u[n] * project(k, i);
-      }
     }
   }
 }

@@ -41,9 +41,8 @@ std::uint32_t reversed_sobol_y(std::uint32_t index) {
     return c;
   }();
   std::uint32_t y = 0;
-  for (std::size_t bit = 0; index != 0; ++bit, index >>= 1) {
+  for (std::size_t bit = 0; index != 0; ++bit, index >>= 1)
     if ((index & 1U) != 0) y ^= columns[bit];
-  }
   return y;
 }
 

@@ -232,9 +232,7 @@ std::uint32_t occluded_packet(const RaySceneState& s, RayPacket& packet, std::ui
     const Valid valid(lanes);
     rtcOccluded16(valid.lane.data(), s.scene, &context, &rays);
     std::uint32_t done = 0;
-    for (std::size_t i = 0; i < packet_size; ++i) {
-      done |= (rays.tfar[i] < 0 ? 1U : 0U) << i;
-    }
+    for (std::size_t i = 0; i < packet_size; ++i) done |= (rays.tfar[i] < 0 ? 1U : 0U) << i;
     done &= lanes;
     blocked |= done;
     return done;
@@ -484,9 +482,8 @@ std::uint32_t RayScene::is_occluded(const SurfacePoint& point, std::span<const V
   if (active == 0) return 0;
   const V3d origin = offset_origin(point);
   RayPacket packet{};
-  for (std::size_t i = 0; i < packet_size; ++i) {
+  for (std::size_t i = 0; i < packet_size; ++i)
     set_lane(packet, i, origin, V3d(directions[i < directions.size() ? i : 0]));
-  }
   return occluded_packet(*state_, packet, active);
 }
 
@@ -546,13 +543,11 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name)
   state->scene = rtcNewScene(state->device);
   rtcSetSceneFlags(state->scene, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(state->scene, RTC_BUILD_QUALITY_HIGH);
-  if (!attach(*state, vertices, triangles) || !attach_hairs(*state)) {
+  if (!attach(*state, vertices, triangles) || !attach_hairs(*state))
     return fail(Code::mesh_invalid, name, {}, "not enough memory for the ray tracer");
-  }
   rtcCommitScene(state->scene);
-  if (rtcGetDeviceError(state->device) != RTC_ERROR_NONE) {
+  if (rtcGetDeviceError(state->device) != RTC_ERROR_NONE)
     return fail(Code::mesh_invalid, name, {}, "the ray tracer refuses the mesh");
-  }
   return RayScene(std::move(state));
 }
 

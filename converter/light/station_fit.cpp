@@ -114,10 +114,9 @@ void write_rounded(const Coefficients& solved, int side, bool exact, float* out)
     if (wanted > 0) step[colour] = std::exp2(std::ceil(std::log2(wanted)));
   }
   for (int first = 0; first < solved.rows(); first += angle_function_count) {
-    for (int i = 0; i < angle_function_count; ++i) {
+    for (int i = 0; i < angle_function_count; ++i)
       for (int k = 0; k < light_columns; ++k)
         *out++ = static_cast<float>(std::round(light(first + i, k) / step[k % 3]) * step[k % 3]);
-    }
     for (int n = 0; n < light_moment_count; ++n) {
       for (int i = 0; i < angle_function_count; ++i) {
         const double moment = side == 0 ? solved(first + i, 2 * light_columns + n) : 0;

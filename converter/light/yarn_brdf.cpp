@@ -160,9 +160,8 @@ YarnBrdf brdf_at(const RayScene& scene, const SurfacePoint& point) {
   s.albedo = V3d(scene.albedo(point));
   s.inward = -s.normal;
   const CellMesh& mesh = scene.mesh();
-  if (scene.is_translucent() && point.hair_point < 0) {
+  if (scene.is_translucent() && point.hair_point < 0)
     s.transmission = static_cast<double>(scene.interpolate(mesh.transmission, point));
-  }
   const double transmission = s.transmission;
   if (mesh.gloss.empty()) {
     add_strand(mesh, point, s.fibre_direction, s);
@@ -183,9 +182,8 @@ YarnBrdf brdf_at(const RayScene& scene, const SurfacePoint& point) {
   if (point.hair_point >= 0)
     fibre = mesh.hairs.points[point.hair_point + 1] - mesh.hairs.points[point.hair_point];
   V3d in_plane = V3d(fibre) - s.normal * V3d(fibre).dot(s.normal);
-  if (in_plane.length2() < 1e-12) {
+  if (in_plane.length2() < 1e-12)
     in_plane = s.normal.cross(std::abs(s.normal.x) < 0.9 ? V3d(1, 0, 0) : V3d(0, 1, 0));
-  }
   s.fibre_direction = in_plane.normalized();
   if (s.transmission > 0 && point.is_back) {
     // Inside a ply there is no highlight, and as much goes through as from outside.
@@ -202,9 +200,8 @@ double incidence_cosine(const YarnBrdf& surface, const V3d& light) {
 }
 
 V3d reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view) {
-  if (is_transmitted(surface, light)) {
+  if (is_transmitted(surface, light))
     return surface.albedo * (surface.diffuse_factor * diffuse_weight(surface) * surface.transmission / pi);
-  }
   if (light.dot(surface.normal) <= 0 || view.dot(surface.normal) <= 0) return V3d(0, 0, 0);
   const auto& gloss = surface.gloss;
   const V3d body =

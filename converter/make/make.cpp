@@ -325,11 +325,10 @@ Result<nlohmann::ordered_json> sheet_of(const FoundStitch& stitch, const YarnDat
   const auto numbers = textile_numbers(stitch.pattern, stitch.stitch_count);
   if (!numbers) return tl::unexpected(numbers.error());
   auto tex = nlohmann::ordered_json::array();
-  for (const double of_yarn : numbers->tex) {
+  for (const double of_yarn : numbers->tex)
     if (const nlohmann::ordered_json number = short_number(of_yarn);
         std::ranges::find(tex, number) == tex.end())
       tex.push_back(number);
-  }
   std::string fibres;
   for (const Yarn& yarn : stitch.pattern.yarns) {
     const std::string name = yarn_kinds()[yarn.fibre_kind].name;

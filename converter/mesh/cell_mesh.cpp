@@ -16,9 +16,8 @@ bool is_finite(const V3f& v) { return std::isfinite(v.x) && std::isfinite(v.y) &
 
 Imath::Box3f bounds_of(const CellMesh& mesh) {
   Imath::Box3f box;
-  for (const V3i& triangle : mesh.triangles) {
+  for (const V3i& triangle : mesh.triangles)
     for (const int v : {triangle.x, triangle.y, triangle.z}) box.extendBy(mesh.positions[v]);
-  }
   return box;
 }
 

@@ -101,9 +101,8 @@ std::vector<std::string> files_of_materials(const MeshFile& mesh, const std::str
 /// Gives the faces the diffuse colours of their materials.
 void read_materials(MeshFile& mesh, const std::string& path) {
   std::map<std::string, MtlMaterial> materials;
-  for (const std::string& file : files_of_materials(mesh, path)) {
+  for (const std::string& file : files_of_materials(mesh, path))
     if (const auto text = read_file(file, max_material_file)) read_mtl(*text, materials);
-  }
   bool any = false;
   std::vector<V3f> colours;
   for (const int number : mesh.face_materials) {
@@ -175,9 +174,8 @@ void paint_triangles(CellMesh& mesh, const std::vector<std::optional<V3f>>& albe
 /// towards it by whole periods, and its lowest point to height 0, in double precision.
 void move_near_origin(std::vector<V3d>& positions, const std::vector<V3i>& triangles, const V2d& period) {
   Imath::Box3d box;
-  for (const V3i& t : triangles) {
+  for (const V3i& t : triangles)
     for (int k = 0; k < 3; ++k) box.extendBy(positions[t[k]]);
-  }
   if (box.isEmpty() || !(period.x > 0 && period.y > 0)) return;
   const V3d size = box.size();
   double distance = 0;

@@ -453,9 +453,8 @@ double length_of(const TubeAxis& axis, const V2d& period) {
 void drop_unsupported(const Sampled& s, const V2d& period, std::vector<TubeAxis>& axes) {
   const std::vector<Foot> feet = feet_of(s.points, axes, period);
   std::vector<int> support(axes.size());
-  for (std::size_t p = 0; p < s.points.size(); ++p) {
+  for (std::size_t p = 0; p < s.points.size(); ++p)
     if (supports(s.points[p], feet[p], axes, tolerance)) ++support[feet[p].axis];
-  }
   std::vector<TubeAxis> kept;
   for (std::size_t a = 0; a < axes.size(); ++a) {
     const double whole = 2 * std::numbers::pi * axes[a].radius * length_of(axes[a], period) * s.per_area;

@@ -41,9 +41,8 @@ std::vector<std::string> remarks_on(const MeshChoices& c) {
   for (const auto& [remark, from] :
        {std::pair(fmt::format("period {:g} x {:g} mm", c.period.x, c.period.y), c.period_source),
         std::pair(fmt::format("{:g} mm per unit", c.scale_to_mm), c.scale_source),
-        std::pair(fmt::format("axis {} out of the cloth", name_of(c.up_axis)), c.up_axis_source)}) {
+        std::pair(fmt::format("axis {} out of the cloth", name_of(c.up_axis)), c.up_axis_source)})
     if (from != "given") remarks.push_back(fmt::format("{} ({})", remark, from));
-  }
   return remarks;
 }
 

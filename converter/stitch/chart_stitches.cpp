@@ -80,12 +80,11 @@ Counts count(const RowParts& parts, int repeats, int line) {
 /// Adds the stitches of parts in the order in which they are worked, open ones `repeats` times.
 void add_items(const RowParts& parts, int repeats, std::vector<StitchItem>& items) {
   for (const RowPart& part : parts) {
-    for (int k = 0; k < (part.fills_row ? repeats : part.count); ++k) {
+    for (int k = 0; k < (part.fills_row ? repeats : part.count); ++k)
       if (part.group.empty())
         items.push_back(part.item);
       else
         add_items(part.group, repeats, items);
-    }
   }
 }
 

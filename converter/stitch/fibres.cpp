@@ -81,9 +81,8 @@ double radius_of_tex(double tex, int kind, double packing) {
 }
 
 std::optional<int> find_yarn_kind(std::string_view name) {
-  for (std::size_t k = 0; k < kinds.size(); ++k) {
+  for (std::size_t k = 0; k < kinds.size(); ++k)
     if (name == kinds[k].name) return static_cast<int>(k);
-  }
   return std::nullopt;
 }
 

@@ -80,9 +80,8 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
 std::vector<std::string> files_of_cell(const std::string& name_or_path) {
   if (is_built_in(name_or_path) || std::filesystem::path(name_or_path).extension().empty()) return {};
   std::vector<std::string> files{name_or_path};
-  if (!is_stitch(name_or_path)) {
+  if (!is_stitch(name_or_path))
     for (std::string& file : material_files_of(name_or_path)) files.push_back(std::move(file));
-  }
   return files;
 }
 

@@ -22,10 +22,9 @@ V3d separating_direction(const V3d& apart, const YarnSection& a, const YarnSecti
     for (const YarnSection* s : {&a, &b}) {
       const double thin = 1 - s->squeeze.length2();
       const double scale = s->radius * s->radius / support_of(*s, direction);
-      for (int i = 0; i < 3; ++i) {
+      for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
           sum[i][j] += scale * ((i == j ? thin : 0) + s->squeeze[i] * s->squeeze[j] * (1 + thin) / thin);
-      }
     }
     // By the adjugate, as the determinant is positive.
     direction =

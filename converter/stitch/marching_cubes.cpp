@@ -14,9 +14,8 @@ using Triangle = std::array<int, 3>;
 int edge_between(int a, int b) {
   const int lower = a & b;
   const int axis = std::countr_zero(static_cast<unsigned>(a ^ b));
-  for (int e = axis * 4; e < axis * 4 + 4; ++e) {
+  for (int e = axis * 4; e < axis * 4 + 4; ++e)
     if (edge_corner(e) == lower) return e;
-  }
   return -1;
 }
 
@@ -135,9 +134,8 @@ class Marcher {
   MarchedSurface run() {
     evaluate();
     for (int z = 0; z < grid_.cells.z; ++z) {
-      for (int y = 0; y < grid_.cells.y; ++y) {
+      for (int y = 0; y < grid_.cells.y; ++y)
         for (int x = 0; x < grid_.cells.x; ++x) march_cube(V3i(x, y, z));
-      }
     }
     return std::move(surface_);
   }
@@ -206,9 +204,8 @@ class Marcher {
   void march_cube(const V3i& grid_point) {
     const auto corner = [&](int c) { return grid_point + V3i(c & 1, c >> 1 & 1, c >> 2 & 1); };
     unsigned inside = 0;
-    for (int c = 0; c < 8; ++c) {
+    for (int c = 0; c < 8; ++c)
       if (values_[node(corner(c))] < 0) inside |= 1U << c;
-    }
     for (const std::array<int, 3>& edges : triangles_of(inside)) {
       V3i triangle;
       for (int k = 0; k < 3; ++k) {

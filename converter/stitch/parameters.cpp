@@ -223,9 +223,8 @@ void apply_settings(const StitchValues& values, const std::string& prefix, doubl
     yarn.albedo = V3f(V3d(albedo[0], albedo[1], albedo[2]));
     break;
   }
-  for (const YarnMember& m : members) {
+  for (const YarnMember& m : members)
     if (values.is_set(prefix + m.name)) m.set(yarn, values.number(prefix + m.name));
-  }
 }
 
 }  // namespace selvedge

@@ -44,10 +44,9 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
        {std::tuple("albedo/0", yarn.albedo.x, 0.0F), std::tuple("albedo/1", yarn.albedo.y, 0.0F),
         std::tuple("albedo/2", yarn.albedo.z, 0.0F), std::tuple("gloss", yarn.gloss.weight, 0.0F),
         std::tuple("roughness", yarn.gloss.roughness, std::numeric_limits<float>::min()),
-        std::tuple("flattening", static_cast<float>(yarn.flattening), min_flattening)}) {
+        std::tuple("flattening", static_cast<float>(yarn.flattening), min_flattening)})
     if (!(value >= min && value <= 1))
       return refuse(fmt::format("/{}", name), fmt::format("must lie in [{}, 1], is {}", min, value));
-  }
   if (!(std::abs(yarn.twist_per_mm) * yarn.radius_mm <= max_twist)) {
     return refuse("/twist_per_mm", fmt::format("{} turns per mm are more than {} per radius of {} mm",
                                                yarn.twist_per_mm, max_twist, yarn.radius_mm));

@@ -158,10 +158,9 @@ class WifSections {
     }
     if (found.empty()) refuse_text("", "has no section: not a WIF file");
     for (auto& [name, all] : found) choose(name, all, remarks);
-    for (const std::string_view name : sections_of_numbers) {
+    for (const std::string_view name : sections_of_numbers)
       if (denied(std::string(name)))
         remarks.insert(fmt::format("[CONTENTS] denies [{}], which is there", name));
-    }
   }
 
   bool has(const std::string& section) const { return sections_.contains(section); }
@@ -514,9 +513,8 @@ std::vector<bool> drawdown_of(const WifSections& draft, int& warps, int& wefts,
 
 /// The length of the shortest prefix that the others repeat, at least twice; else their count.
 std::size_t shortest_period(const std::vector<std::size_t>& kinds) {
-  for (std::size_t period = 1; 2 * period <= kinds.size(); ++period) {
+  for (std::size_t period = 1; 2 * period <= kinds.size(); ++period)
     if (std::equal(kinds.begin() + static_cast<long>(period), kinds.end(), kinds.begin())) return period;
-  }
   return kinds.size();
 }
 
@@ -544,9 +542,8 @@ Weave smallest_repeat(const WifSystem& warp, const WifSystem& weft, const std::v
   weave.warp_spacing_mm.resize(across);
   weave.weft.resize(up);
   weave.weft_spacing_mm.resize(up);
-  for (std::size_t j = 0; j < up; ++j) {
+  for (std::size_t j = 0; j < up; ++j)
     for (std::size_t i = 0; i < across; ++i) weave.warp_is_over.push_back(over[j * warps + i]);
-  }
   return weave;
 }
 

@@ -114,10 +114,9 @@ constexpr int max_across = 1024;
 
 double surface_of(const Yarn& yarn) {
   double length = 0;
-  for (const BezierSegment& segment : yarn.segments) {
+  for (const BezierSegment& segment : yarn.segments)
     for (const CurveSpan& span : spans_of(segment, yarn.radius_mm, yarn.radius_mm))
       length += (span.end - span.start).length();
-  }
   return 2 * std::numbers::pi * yarn.radius_mm * length;
 }
 

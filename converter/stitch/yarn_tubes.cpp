@@ -73,11 +73,10 @@ void add_tube(const Yarn& yarn, int index, YarnTubes& tubes) {
   // The first ring once more, from the vertex on that is nearest to the last ring's first.
   const V3d round = turned(squeezed(rings.front().tangent, rings.front().squeeze).normalized(), across);
   int turn = 0;
-  for (int k = 1; k < sides; ++k) {
+  for (int k = 1; k < sides; ++k)
     if (round.dot(tubes.vertex_samples[first + k].round_gradient) >
         round.dot(tubes.vertex_samples[first + turn].round_gradient))
       turn = k;
-  }
   for (int k = 0; k < sides; ++k) {
     const int copied = first + (k + turn) % sides;
     original.push_back(copied);

@@ -149,20 +149,17 @@ V2i BasisList::add(const BasisFit& basis, const V2i& pair) {
 
 double BasisList::bytes() const {
   std::vector<float> values;
-  for (const auto* list : {&view_, &light_}) {
+  for (const auto* list : {&view_, &light_})
     for (const auto& function : *list) values.insert(values.end(), function.begin(), function.end());
-  }
   return coded_bytes(values, 1, 32);
 }
 
 ProductBases BasisList::bases() const {
   ProductBases result;
   for (const auto& function : view_) result.view.insert(result.view.end(), function.begin(), function.end());
-  for (const auto& function : light_) {
-    for (std::size_t i = 0; i + 2 < function.size(); i += 3) {
+  for (const auto& function : light_)
+    for (std::size_t i = 0; i + 2 < function.size(); i += 3)
       result.light.emplace_back(function[i], function[i + 1], function[i + 2]);
-    }
-  }
   return result;
 }
 
@@ -171,9 +168,8 @@ std::vector<LevelTruth> level_truths(const PairSamples& truth) {
   const std::size_t texels = truth.width * truth.height;
   for (std::size_t p = 0; p < truth.pairs.size(); ++p) {
     std::vector<V3d> image;
-    for (std::size_t i = p * texels; i < (p + 1) * texels; ++i) {
+    for (std::size_t i = p * texels; i < (p + 1) * texels; ++i)
       image.push_back(V3d(truth.radiance[i]) * static_cast<double>(truth.alpha[i]));
-    }
     levels[0].pairs.push_back(std::move(image));
   }
   while (levels.back().width > 1 || levels.back().height > 1) {
@@ -230,9 +226,8 @@ void LayerFitter::scale_radiance(SampleLevel& samples, PairSamples& pairs, PairS
   for (const V3f& r : samples.radiance) largest = std::max({largest, r.x, r.y, r.z});
   scale_ = choose_radiance_scale(static_cast<double>(largest));
   const auto inverse = static_cast<float>(1 / scale_);
-  for (std::vector<V3f>* radiance : {&samples.radiance, &pairs.radiance, &measured.radiance}) {
+  for (std::vector<V3f>* radiance : {&samples.radiance, &pairs.radiance, &measured.radiance})
     for (V3f& r : *radiance) r *= inverse;
-  }
 }
 
 /// Adds the paper's model with and without view table, from level `first` on.
@@ -283,9 +278,8 @@ std::vector<V3f> LayerFitter::shown(std::size_t k, const BasisFit& basis, const 
       coefficient[i] = &basis.coefficient[std::min(first + i, basis.texel_count() - 1) * values.size()];
     std::array<std::array<float, lanes>, 3> sum{};
     for (std::size_t m = 0; m < values.size(); ++m) {
-      for (std::size_t i = 0; i < lanes; ++i) {
+      for (std::size_t i = 0; i < lanes; ++i)
         for (int c = 0; c < 3; ++c) sum[c][i] += coefficient[i][m] * values[m][c];
-      }
     }
     for (std::size_t i = 0; i < lanes && first + i < basis.texel_count(); ++i) {
       const V3f radiance(std::max(sum[0][i], 0.0F), std::max(sum[1][i], 0.0F), std::max(sum[2][i], 0.0F));
@@ -306,10 +300,9 @@ V3d LayerFitter::brightness(std::size_t k, const BasisFit& basis, const LevelTru
   }
   V3d ratio(1, 1, 1);
   if (pairs.size() < min_pairs) return ratio;
-  for (int c = 0; c < 3; ++c) {
+  for (int c = 0; c < 3; ++c)
     if (seen[c] > 0 && modelled[c] > 0)
       ratio[c] = std::clamp(seen[c] / modelled[c], 1 / max_brightness, max_brightness);
-  }
   return ratio;
 }
 
@@ -514,9 +507,8 @@ LayerFitter::Chosen LayerFitter::best_of(bool lobes_alone, double room) const {
 
 LayerFitter::Chosen LayerFitter::best(double room) const {
   Chosen chosen = best_of(false, room);
-  for (const Level& level : levels_) {
+  for (const Level& level : levels_)
     if (std::ranges::none_of(level.candidates, has_lobes)) return chosen;
-  }
   Chosen lobes = best_of(true, room);
   const bool fits = size_of(chosen) <= room;
   const bool lobes_fit = size_of(lobes) <= room;
@@ -545,9 +537,8 @@ LayerFit LayerFitter::choose_within(double room) const {
     result.fabric.levels.push_back(std::move(level));
   }
   const auto bases = std::make_shared<const ProductBases>(functions.bases());
-  for (FabricLevel& level : result.fabric.levels) {
+  for (FabricLevel& level : result.fabric.levels)
     if (level.has(LayerKind::products)) level.bases = bases;
-  }
   set_radiance_scale(result.fabric);
   result.fabric.radiance_scale *= static_cast<float>(scale_);
   return result;

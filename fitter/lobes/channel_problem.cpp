@@ -12,9 +12,8 @@ double energy_of(const TexelSamples& samples, int channel) {
   std::vector<double> square(samples.stride(), 0);
   for (std::size_t light = 0; light < samples.lights.size(); ++light) {
     const float* r = &radiance[light * samples.stride()];
-    for (std::size_t v = 0; v < square.size(); ++v) {
+    for (std::size_t v = 0; v < square.size(); ++v)
       square[v] += static_cast<double>(r[v]) * static_cast<double>(r[v]);
-    }
   }
   return dot(square.data(), samples.view_weights.data(), square.size());
 }
@@ -56,9 +55,8 @@ std::vector<Derivative> derivatives_of(const ChannelState& state) {
     const std::size_t first = 1 + 4 * j;
     const std::size_t kept = longest_component(shape);
     derivatives.push_back({first, 3, shape.direction});
-    for (const std::size_t column : {(kept + 1) % 3, (kept + 2) % 3, std::size_t{3}}) {
+    for (const std::size_t column : {(kept + 1) % 3, (kept + 2) % 3, std::size_t{3}})
       derivatives.push_back({first + column, 1, {scale}});
-    }
   }
   return derivatives;
 }
@@ -178,9 +176,8 @@ void ChannelProblem::gather_bases(const ChannelState& state) {
   basis_cross_.resize(bases * n);
   const auto combine = [&](std::size_t lobe, const auto& of_column, double* to) {
     std::fill_n(to, n, 0.0);
-    for (std::size_t k = 0; k < 3; ++k) {
+    for (std::size_t k = 0; k < 3; ++k)
       add_product(to, state.shapes[lobe].direction[k], factor_[k + 1].data(), of_column(1 + 4 * lobe + k), n);
-    }
   };
   for (std::size_t a = 0; a < columns; ++a) {
     std::copy_n(moments_.column_moment(0, a), n, &products_[a * bases * n]);
@@ -214,9 +211,8 @@ void ChannelProblem::solve_sizes(ChannelState& state) {
   std::vector<double> gram(bases * bases);
   std::vector<double> cross(bases);
   for (std::size_t i = 0; i < bases; ++i) {
-    for (std::size_t j = 0; j <= i; ++j) {
+    for (std::size_t j = 0; j <= i; ++j)
       gram[i * bases + j] = gram[j * bases + i] = dot(weight_tt, &basis_gram_[(i * bases + j) * n], n);
-    }
     gram[i * bases + i] += i > 0 ? ridge_ : 0;
     cross[i] = dot(weight_t, &basis_cross_[i * n], n);
   }
@@ -252,9 +248,8 @@ void ChannelProblem::solve_sizes(ChannelState& state) {
     if (inside) break;
   }
   // The given sizes, of a start, may be beyond the bounds.
-  for (std::size_t i = 0; i < bases; ++i) {
+  for (std::size_t i = 0; i < bases; ++i)
     state.sizes[i] = std::clamp(state.sizes[i], 0.0, i > 0 ? peak_ : std::numeric_limits<double>::max());
-  }
   if (value(found) <= value(state.sizes)) state.sizes = found;
 }
 
@@ -291,9 +286,8 @@ void ChannelProblem::evaluate(ChannelState& state, int turns) {
   }
   state.error = std::max(state.error, 0.0);
   double penalty_of_sizes = 0;
-  for (std::size_t j = 1; j < state.sizes.size(); ++j) {
+  for (std::size_t j = 1; j < state.sizes.size(); ++j)
     penalty_of_sizes += ridge_ * state.sizes[j] * state.sizes[j];
-  }
   state.cost = state.error;
   state.cost += penalty_of_sizes;
   if (options_.view_table) state.cost += system_.penalty(state.table.data());
@@ -316,24 +310,20 @@ NormalEquations ChannelProblem::column_equations(const ChannelState& state) {
   for (std::size_t p = 0; p < 4; ++p) {
     for (std::size_t q = p; q < 4; ++q) {
       double* to = weights_of(p, q);
-      for (std::size_t v = 0; v < n; ++v) {
+      for (std::size_t v = 0; v < n; ++v)
         to[v] = samples_.view_weights[v] * table[v] * table[v] * factor_[p][v] * factor_[q][v];
-      }
     }
   }
   NormalEquations raw{std::vector<double>(columns * columns), std::vector<double>(columns)};
-  for (std::size_t a = 0; a < columns; ++a) {
-    for (std::size_t b = a; b < columns; ++b) {
+  for (std::size_t a = 0; a < columns; ++a)
+    for (std::size_t b = a; b < columns; ++b)
       raw.matrix[a * columns + b] = dot(weights_of(a, b), moments_.column_moment(a, b), n);
-    }
-  }
   std::vector<double> model(n);
   coupling_.assign(n * columns, 0);
   for (std::size_t a = 0; a < columns; ++a) {
     std::ranges::fill(model, 0.0);
-    for (std::size_t i = 0; i < bases; ++i) {
+    for (std::size_t i = 0; i < bases; ++i)
       add_scaled(model.data(), state.sizes[i], &products_[(a * bases + i) * n], n);
-    }
     const double* f = factor_of(a);
     const double* radiance = moments_.radiance_moment(a);
     for (std::size_t v = 0; v < samples_.view_count; ++v) {
@@ -343,9 +333,8 @@ NormalEquations ChannelProblem::column_equations(const ChannelState& state) {
     }
   }
   if (options_.view_table) system_.form_schur_complement(coupling_, columns, raw.matrix);
-  for (std::size_t a = 0; a < columns; ++a) {
+  for (std::size_t a = 0; a < columns; ++a)
     for (std::size_t b = 0; b < a; ++b) raw.matrix[a * columns + b] = raw.matrix[b * columns + a];
-  }
   return raw;
 }
 
@@ -360,17 +349,15 @@ NormalEquations ChannelProblem::normal_equations(const ChannelState& state) {
     const Derivative& by = derivatives[u];
     for (std::size_t i = 0; i < by.count; ++i) {
       result.gradient[u] += by.factor[i] * raw.gradient[by.first + i];
-      for (std::size_t b = 0; b < n; ++b) {
+      for (std::size_t b = 0; b < n; ++b)
         half[u * n + b] += by.factor[i] * raw.matrix[(by.first + i) * n + b];
-      }
     }
   }
   for (std::size_t u = 0; u < n; ++u) {
     for (std::size_t w = 0; w < n; ++w) {
       const Derivative& by = derivatives[w];
-      for (std::size_t i = 0; i < by.count; ++i) {
+      for (std::size_t i = 0; i < by.count; ++i)
         result.matrix[u * n + w] += by.factor[i] * half[u * n + by.first + i];
-      }
     }
   }
   for (std::size_t j = 0; j < state.shapes.size(); ++j) {

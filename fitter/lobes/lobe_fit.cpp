@@ -115,12 +115,9 @@ void minimise(ChannelProblem& problem, ChannelState& state, double tolerance, in
     moved = false;
     const bool solved = solve_symmetric(damped, step, fixed);
     double expected = 0;
-    for (std::size_t u = 0; solved && u < unknowns; ++u) {
+    for (std::size_t u = 0; solved && u < unknowns; ++u)
       expected += step[u] * (lambda * equations.matrix[u * unknowns + u] * step[u] - gradient[u]);
-    }
-    if (solved && expected <= 0.5 * tolerance * state.cost) {
-      return;
-    }
+    if (solved && expected <= 0.5 * tolerance * state.cost) return;
     double gain = 0;
     ChannelState trial;
     if (solved && std::isfinite(expected)) {

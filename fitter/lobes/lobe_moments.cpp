@@ -95,16 +95,13 @@ struct Body {
       std::array<Floats, 4> column;
       for (std::size_t k = 0; k < 4; ++k) L::load(a + k * L::count, column[k]);
       std::size_t at = 0;
-      for (std::size_t p = 0; p < 4; ++p) {
+      for (std::size_t p = 0; p < 4; ++p)
         for (std::size_t q = p; q < 4; ++q) sum[at++] += column[p] * column[q];
-      }
     }
     std::size_t at = 0;
-    for (std::size_t p = 0; p < 4; ++p) {
-      for (std::size_t q = p; q < 4; ++q) {
+    for (std::size_t p = 0; p < 4; ++p)
+      for (std::size_t q = p; q < 4; ++q)
         add(sum[at++], job.sums + job.index(1 + 4 * j + p, 1 + 4 * j + q) * job.stride + view);
-      }
-    }
   }
 
   /// Adds products of columns `p` and `p` + 1 of a lobe with another lobe's columns.
@@ -124,9 +121,8 @@ struct Body {
         sum[4 + q] += right * column;
       }
     }
-    for (std::size_t q = 0; q < 8; ++q) {
+    for (std::size_t q = 0; q < 8; ++q)
       add(sum[q], job.sums + job.index(1 + 4 * i + p + q / 4, 1 + 4 * j + q % 4) * job.stride + view);
-    }
   }
 
   static SELVEDGE_INLINE void run(const Job& job) {
@@ -161,9 +157,8 @@ SELVEDGE_THREE_BODIES(sum_columns, (const Job& job), (job))
 SELVEDGE_WIDE
 double dot(const double* a, const double* b, std::size_t count) {
   std::array<double, 8> sum{};
-  for (std::size_t i = 0; i < count; i += 8) {
+  for (std::size_t i = 0; i < count; i += 8)
     for (std::size_t k = 0; k < 8; ++k) sum[k] += a[i + k] * b[i + k];
-  }
   return ((sum[0] + sum[4]) + (sum[1] + sum[5])) + ((sum[2] + sum[6]) + (sum[3] + sum[7]));
 }
 
@@ -193,9 +188,8 @@ void LobeMoments::compute(const TexelSamples& samples, int channel, std::span<co
   for (std::size_t light = 0; light < cosine.size(); ++light) {
     const auto c = static_cast<double>(cosine[light]);
     cosines += c * c;
-    for (std::size_t v = 0; v < stride_; ++v) {
+    for (std::size_t v = 0; v < stride_; ++v)
       cross[v] += c * static_cast<double>(radiance[light * stride_ + v]);
-    }
   }
   std::fill_n(sums_.data(), stride_, cosines);
 }

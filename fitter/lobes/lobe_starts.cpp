@@ -22,9 +22,8 @@ const std::vector<Direction>& dictionary() {
     std::vector<Direction> list;
     for (int x = -1; x <= 1; ++x) {
       for (int y = -1; y <= 1; ++y) {
-        for (int z = -1; z <= 1; ++z) {
+        for (int z = -1; z <= 1; ++z)
           if (x != 0 || y != 0 || z > 0) list.push_back({x, y, z});
-        }
       }
     }
     return list;
@@ -42,9 +41,8 @@ LobeShape shape_of(std::size_t entry) {
 SELVEDGE_WIDE
 float inner_product(const float* a, const float* b, std::size_t count) {
   std::array<float, 16> sum{};
-  for (std::size_t i = 0; i < count; i += 16) {
+  for (std::size_t i = 0; i < count; i += 16)
     for (std::size_t k = 0; k < 16; ++k) sum[k] += a[i + k] * b[i + k];
-  }
   float total = 0;
   for (std::size_t k = 0; k < 8; ++k) total += sum[k] + sum[k + 8];
   return total;
@@ -92,9 +90,8 @@ void StartSearch::set_samples(const TexelSamples& samples) {
   views_ = samples.view_count;
   // Half of the lights, in a pattern without a direction (Thue-Morse).
   std::vector<std::size_t> lights;
-  for (std::size_t l = 0; l < samples.lights.size(); ++l) {
+  for (std::size_t l = 0; l < samples.lights.size(); ++l)
     if (samples.lights.size() < 16 || std::popcount(l) % 2 == 0) lights.push_back(l);
-  }
   const std::size_t views = samples.stride();
   const std::size_t entries = dictionary().size() * exponents;
   size_ = lights.size() * views;
@@ -125,11 +122,9 @@ void StartSearch::set_samples(const TexelSamples& samples) {
 
 double StartSearch::product(std::size_t a, std::size_t b) {
   std::vector<double>& row = products_[a];
-  if (row.empty()) {
-    for (std::size_t i = 0; i < products_.size(); ++i) {
+  if (row.empty())
+    for (std::size_t i = 0; i < products_.size(); ++i)
       row.push_back(static_cast<double>(inner_product(column(a), column(i), size_)));
-    }
-  }
   return row[b];
 }
 

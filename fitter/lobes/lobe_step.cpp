@@ -9,9 +9,8 @@ namespace selvedge {
 
 std::size_t longest_component(const LobeShape& shape) {
   std::size_t at = 0;
-  for (std::size_t k = 1; k < 3; ++k) {
+  for (std::size_t k = 1; k < 3; ++k)
     if (std::abs(shape.direction[k]) > std::abs(shape.direction[at])) at = k;
-  }
   return at;
 }
 

@@ -39,9 +39,8 @@ class Costs {
         }
       }
     }
-    for (std::size_t i = 0; i < count.size(); ++i) {
+    for (std::size_t i = 0; i < count.size(); ++i)
       cost_[i] = price * static_cast<float>(std::log2(all / count[i]));
-    }
   }
   float operator()(int difference) const { return cost_[index(difference)]; }
 
@@ -103,9 +102,8 @@ std::vector<std::size_t> strong_pairs(const BasisFit& basis, const Quantisation&
     for (std::size_t m = 0; m < count; ++m) power[m] += static_cast<double>(c[m] * c[m]);
   }
   std::vector<std::size_t> kept;
-  for (std::size_t m = 0; m < count; ++m) {
+  for (std::size_t m = 0; m < count; ++m)
     if (std::sqrt(power[m] / std::max(used, 1.0)) >= min_rms) kept.push_back(m);
-  }
   if (kept.empty()) kept.push_back(0);
   return kept;
 }

@@ -91,9 +91,8 @@ std::vector<double> summed(std::size_t items, std::size_t size, const AddItem& a
     for (std::size_t item = begin; item < end; ++item) add(item, part);
   });
   std::vector<double> sum(size * size, 0);
-  for (const auto& part : parts) {
+  for (const auto& part : parts)
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += part[i];
-  }
   return sum;
 }
 
@@ -106,9 +105,8 @@ std::vector<float> premultiplied(const SampleLevel& level, std::size_t texel) {
   for (std::size_t view = 0; view < views; ++view) {
     const float alpha = level.alpha[texel * views + view];
     const V3f* radiance = &level.radiance[(texel * views + view) * lights];
-    for (std::size_t l = 0; l < lights; ++l) {
+    for (std::size_t l = 0; l < lights; ++l)
       for (int c = 0; c < 3; ++c) result.push_back(alpha * radiance[l][c]);
-    }
   }
   return result;
 }
@@ -131,9 +129,8 @@ RowMajor fit_texel(const SampleLevel& level, std::size_t texel, const std::vecto
     for (std::size_t a = 0; a < phi.size(); ++a) {
       const double factor = alpha * static_cast<double>(phi[a][view]);
       right.row(a) += factor * in_psi;
-      for (std::size_t other = 0; other < phi.size(); ++other) {
+      for (std::size_t other = 0; other < phi.size(); ++other)
         normal(a, other) += factor * alpha * static_cast<double>(phi[other][view]);
-      }
     }
   }
   double trace = 0;
@@ -174,20 +171,16 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, const 
                                  std::sqrt(static_cast<double>(views)), view_step);
   const std::vector<double> cosine = cosines_of(lights);
   std::vector<std::vector<double>> light = principal_components(of_lights, values, max_light);
-  for (auto& psi : light) {
+  for (auto& psi : light)
     for (std::size_t i = 0; i < values; ++i) psi[i] /= cosine[i];
-  }
   shared.light_functions = stored(light, 1, light_step);
   std::vector<float> seen_light;  // l_z psi_b, [value][b]
-  for (std::size_t i = 0; i < values; ++i) {
+  for (std::size_t i = 0; i < values; ++i)
     for (const auto& psi : shared.light_functions)
       seen_light.push_back(psi[i] * static_cast<float>(cosine[i]));
-  }
-  for (std::size_t a = 0; a < shared.view_functions.size(); ++a) {
-    for (std::size_t b = 0; b < shared.light_functions.size(); ++b) {
+  for (std::size_t a = 0; a < shared.view_functions.size(); ++a)
+    for (std::size_t b = 0; b < shared.light_functions.size(); ++b)
       shared.pairs.emplace_back(static_cast<int>(a), static_cast<int>(b));
-    }
-  }
   std::vector<BasisFit> result;
   for (const SampleLevel& level : levels) {
     BasisFit basis = shared;
@@ -195,9 +188,8 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, const 
     basis.coefficient.resize(level.texels() * count);
     parallel_for(0, level.texels(), [&](std::size_t t) {
       const RowMajor fitted = fit_texel(level, t, shared.view_functions, seen_light);
-      for (std::size_t m = 0; m < count; ++m) {
+      for (std::size_t m = 0; m < count; ++m)
         basis.coefficient[t * count + m] = static_cast<float>(fitted.data()[m]);
-      }
     });
     result.push_back(std::move(basis));
   }
@@ -206,11 +198,9 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, const 
 
 void scale_light(std::vector<BasisFit>& fits, const V3d& factor) {
   for (BasisFit& fit : fits) {
-    for (std::vector<float>& psi : fit.light_functions) {
-      for (std::size_t i = 0; i < psi.size(); ++i) {
+    for (std::vector<float>& psi : fit.light_functions)
+      for (std::size_t i = 0; i < psi.size(); ++i)
         psi[i] = rounded(static_cast<double>(psi[i]) * factor[static_cast<int>(i % 3)], light_step);
-      }
-    }
   }
 }
 
