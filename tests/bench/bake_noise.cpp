@@ -27,9 +27,8 @@ Seen baked(const CellMesh& mesh, const BakeOptions& options, BakeReport& report)
   const Baked baked = need(bake(mesh, "mesh", options));
   report = baked.report;
   SampleLevel level = side_samples(baked.samples, Side::front).level;
-  for (std::size_t i = 0; i < level.radiance.size(); ++i) {
+  for (std::size_t i = 0; i < level.radiance.size(); ++i)
     level.radiance[i] *= level.alpha[i / static_cast<std::size_t>(options.lights)];
-  }
   return std::move(level.radiance);
 }
 
@@ -60,10 +59,9 @@ Seen plain_loop(const CellMesh& mesh, const BakeOptions& o) {
         PathSampler sampler(0, random.next());
         tracer.add_indirect(point, view, lights, sampler, sum);
       }
-      for (std::size_t l = 0; l < lights.size(); ++l) {
+      for (std::size_t l = 0; l < lights.size(); ++l)
         seen[(static_cast<std::size_t>(texel) * views.size() + v) * lights.size() + l] =
             V3f(sum[l] / o.samples);
-      }
     }
   });
   return seen;

@@ -67,10 +67,9 @@ Energies energies(const V2d& period, double above, From from, int paths, const T
         sum.holes += 1;
       } else {
         (end.direction.z > 0 ? sum.back : sum.through) += end.throughput;
-        for (std::size_t a = 0; a < axes.size(); ++a) {
+        for (std::size_t a = 0; a < axes.size(); ++a)
           if (end.direction.z > 0 && end.direction.dot(axes[a]) > cone)
             sum.towards[a] += end.throughput / (end.direction.z * 2 * (1 - cone));
-        }
       }
     }
   });

@@ -21,9 +21,8 @@ template <class F>
 double over_sphere(const F& value) {
   constexpr int side = 400;
   double sum = 0;
-  for (int i = 0; i < side * side; ++i) {
+  for (int i = 0; i < side * side; ++i)
     sum += value(HairDirection{2 * (i / side + 0.5) / side - 1, 2 * pi * (i % side + 0.5) / side});
-  }
   return sum * 4 * pi / (side * side);
 }
 
@@ -79,9 +78,8 @@ TEST_CASE("a cell of white fibres is white in a white furnace") {
     const V3d view = V3d(0.4, -0.3, i % 2 == 0 ? 0.8 : -0.8).normalized();
     FibrePoint point;
     double w = 1;
-    if (scene.trace(V3d(at.x, at.y, 0) + view * 40.0, -view, point)) {
+    if (scene.trace(V3d(at.x, at.y, 0) + view * 40.0, -view, point))
       w = tracer.follow(point, {}, sampler, {}, rays).throughput.x;
-    }
     sum += w / count;
     square += (w - 1) * (w - 1) / count;
   }

@@ -82,9 +82,8 @@ Arrived arrived_at(const RayScene& scene, const SurfacePoint& point, const V3d& 
     }
     tracer.add_indirect(met, -direction, lights, sampler, radiance);
   }
-  for (int l = 0; l < light_count; ++l) {
+  for (int l = 0; l < light_count; ++l)
     for (int c = 0; c < 3; ++c) arrived.irradiance(l, c) = radiance[l][c] * pi / paths;
-  }
   const double all = sums.col(0).squaredNorm();
   for (int n = 0; n < light_moment_count && all > 0; ++n)
     arrived.moments[n] = sums.col(0).dot(sums.col(n + 1)) / all;
@@ -151,10 +150,9 @@ std::vector<TracedPlace> trace_places(const TracedCell& cell, const Yarns& yarns
         SurfacePoint point;
         if (!is_open(cell, at, point)) continue;
         TracedPlace& place = places[station].emplace_back(number, at);
-        for (int i = 0; i < 2; ++i) {
+        for (int i = 0; i < 2; ++i)
           place.light[i] = light_along_paths(cell, curve, along, point, paths,
                                              seed_of(2 * seed + i, number, places[station].size()));
-        }
       }
     });
     for (const auto& of_station : places) all.insert(all.end(), of_station.begin(), of_station.end());
@@ -178,15 +176,12 @@ void compare(const YarnData& data, const std::vector<TracedPlace>& places) {
     const float* value = &data.station_light.at(std::size_t{light_values_per_station} * place.station);
     std::array<LightTransfer, 3> transfer{};
     std::array<double, light_moment_count> moment{};
-    for (const float function : place.point.functions) {
+    for (const float function : place.point.functions)
       for (float& sum : transfer[0]) sum += function * *value++;
-    }
-    for (double& sum : moment) {
+    for (double& sum : moment)
       for (const float function : place.point.functions) sum += static_cast<double>(function * *value++);
-    }
-    for (int i = 0; i < 2; ++i) {
+    for (int i = 0; i < 2; ++i)
       for (int k = 0; k < light_columns; ++k) transfer[i + 1][k] = static_cast<float>(place.light[i][k]);
-    }
     const auto weight = static_cast<double>(place.point.visible_fraction);
     for (const V3f& l : lights) {
       const std::array light{V3d(indirect_light(transfer[0], l)), V3d(indirect_light(transfer[1], l)),

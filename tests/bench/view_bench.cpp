@@ -234,9 +234,7 @@ class Rates {
     Moving mean;
     for (int phase = 0; phase < phases; ++phase) {
       Drawing drawing{subject_.renderer(options)};
-      for (int i = -frames - phase; i <= 0; ++i) {
-        drawing.draw(camera(view, i), options);
-      }
+      for (int i = -frames - phase; i <= 0; ++i) drawing.draw(camera(view, i), options);
       mean.milliseconds += median(drawing.processor, frames / 2) / phases;
       mean.decibels += decibels(drawing.frame, reference) / phases;
       mean.power += fine_power(drawing.frame, reference) / phases;
@@ -255,9 +253,8 @@ class Rates {
 
 void write_references(const Subject& subject, const std::string& folder) {
   const Rates rates(subject);
-  for (const View& view : views) {
+  for (const View& view : views)
     need(write_png(fmt::format("{}/{:.0f}.png", folder, view.pixels_of_a_repeat), rates.reference(view)));
-  }
 }
 
 void frame_rates(const Subject& subject) {

@@ -56,9 +56,8 @@ inline std::vector<Crossing> crossings_of(const StitchPattern& pattern, const Ya
   // One period, from points off the ends of segments, where crossings like to lie.
   const auto points_of = [](const Yarn& yarn) {
     std::vector<V3d> points;
-    for (const BezierSegment& segment : yarn.segments) {
+    for (const BezierSegment& segment : yarn.segments)
       for (int k = 0; k < 4; ++k) points.push_back(point_at(segment, (k + 0.37) / 4));
-    }
     points.push_back(points.front() + yarn.segments.back()[3] - yarn.segments.front()[0]);
     return points;
   };
@@ -146,9 +145,7 @@ inline Topology topology_of(const CellMesh& mesh, int copies, bool glued) {
     for (int tx = 0; tx < copies; ++tx) {
       for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         std::array<int, 3> ids_of_corners{};
-        for (int k = 0; k < 3; ++k) {
-          ids_of_corners[k] = id_at(corner(mesh, t, k) + V3d(tx * px, ty * py, 0));
-        }
+        for (int k = 0; k < 3; ++k) ids_of_corners[k] = id_at(corner(mesh, t, k) + V3d(tx * px, ty * py, 0));
         triangles.push_back(ids_of_corners);
       }
     }

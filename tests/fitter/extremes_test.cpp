@@ -70,20 +70,17 @@ double distance(const std::vector<V3f>& values, const std::vector<V3f>& truth) {
 /// Relative L2 of texel (0, 0) of level 0 over the fit's own directions.
 double error_of(const Fabric& fabric, const Case& c) {
   std::vector<V3f> values;
-  for (const V3f& v : cell_directions(c.header.views)) {
-    for (const V3f& l : cell_directions(c.header.lights)) {
+  for (const V3f& v : cell_directions(c.header.views))
+    for (const V3f& l : cell_directions(c.header.lights))
       values.push_back(evaluate(fabric, 0, 0, 0, l, v).radiance);
-    }
-  }
   return distance(values, c.level.radiance);
 }
 
 /// The texel's radiance over `factor` at the probes.
 std::vector<V3f> probed(const Fabric& fabric, float factor = 1) {
   std::vector<V3f> values;
-  for (const DirectionPair& pair : probes()) {
+  for (const DirectionPair& pair : probes())
     values.push_back(evaluate(fabric, 0, 0, 0, pair.light, pair.view).radiance / factor);
-  }
   return values;
 }
 
@@ -96,12 +93,10 @@ V3f glossy(int, const V3f& l, const V3f& v) {
 
 TEST_CASE("all black comes out all black, with T = 1") {
   const Fabric result = fitted(case_of([](int, const V3f&, const V3f&) { return V3f(0, 0, 0); }));
-  for (const FabricLevel& level : result.levels) {
+  for (const FabricLevel& level : result.levels)
     for (const V3f& t : level.view_table()) CHECK(t == V3f(1, 1, 1));
-  }
-  for (const DirectionPair& pair : probes()) {
+  for (const DirectionPair& pair : probes())
     CHECK(evaluate(result, 0, 1, 1, pair.light, pair.view).radiance == V3f(0, 0, 0));
-  }
 }
 
 TEST_CASE("one bright sample among black ones stays below its own brightness") {
@@ -127,15 +122,13 @@ TEST_CASE("a fit scales with the radiance") {
   SUBCASE("by a power of two, to the bit") {
     const float factor = std::exp2(20.0F);
     const Fabric fabric = scaled(factor);
-    for (std::size_t i = 0; i < base.levels[0].lobes().size(); i += 9) {
+    for (std::size_t i = 0; i < base.levels[0].lobes().size(); i += 9)
       CHECK(fabric.radiance_scale * fabric.levels[0].lobes()[i] == base.levels[0].lobes()[i] * factor);
-    }
     CHECK(fabric.levels[0][LayerKind::table] == base.levels[0][LayerKind::table]);
   }
   SUBCASE("by 1e-8 and 1e8, within rounding") {
-    for (const float factor : {1e-8F, 1e8F}) {
+    for (const float factor : {1e-8F, 1e8F})
       CHECK(distance(probed(scaled(factor), factor), probed(base)) < 1e-3);
-    }
   }
   SUBCASE("by 1e-8 and 1e8, from a file with all layers in half precision") {
     const test::Folder folder;
@@ -160,12 +153,9 @@ TEST_CASE("texels that are always holes are black with T = 1 and alpha 0") {
   for (std::size_t v = 0; v < 36; ++v) c.level.alpha[v] = 0;
   c.level.normal_sum[0] = {0, 0, 0};
   const Fabric result = fitted(c);
-  for (const DirectionPair& pair : probes()) {
+  for (const DirectionPair& pair : probes())
     CHECK(evaluate(result, 0, 0, 0, pair.light, pair.view).alpha == 0);
-  }
-  for (std::size_t v = 0; v < 36; ++v) {
-    CHECK(result.levels[0].view_table()[v] == V3f(1, 1, 1));
-  }
+  for (std::size_t v = 0; v < 36; ++v) CHECK(result.levels[0].view_table()[v] == V3f(1, 1, 1));
 }
 
 TEST_CASE("a texel seen from one view only has that view's radiance, and a table near 1 elsewhere") {
@@ -233,9 +223,8 @@ TEST_CASE("random and adversarial textures never give NaN or infinity") {
       };
       return V3f(value(), value(), value());
     });
-    for (float& alpha : c.level.alpha) {
+    for (float& alpha : c.level.alpha)
       alpha = static_cast<float>(wild ? pick({0, 1e-45, 1e-30, 1e-6, 0.5, 1}) : random.uniform());
-    }
     for (V3f& n : c.level.normal_sum) {
       n = V3f(static_cast<float>(random.uniform() - 0.5), static_cast<float>(random.uniform() - 0.5),
               static_cast<float>(pick({0, 1e-6, 0.1, 1, -0.5})));
@@ -247,8 +236,7 @@ TEST_CASE("random and adversarial textures never give NaN or infinity") {
     options.table.smoothness = pick({0, 0.05});
     CAPTURE(seed);
     const Fabric result = fitted(c, options);
-    for (const DirectionPair& pair : probes()) {
+    for (const DirectionPair& pair : probes())
       CHECK(std::isfinite(evaluate(result, 0, 0, 0, pair.light, pair.view).radiance.x));
-    }
   }
 }

@@ -18,9 +18,7 @@ inline YarnData straight(float period, float radius) {
   curve.repeat_offset = {1, 0};
   curve.radius = radius;
   data.curves = {curve};
-  for (int i = 0; i < 4; ++i) {
-    data.nodes.emplace_back(period * static_cast<float>(i) / 4, period / 2, radius);
-  }
+  for (int i = 0; i < 4; ++i) data.nodes.emplace_back(period * static_cast<float>(i) / 4, period / 2, radius);
   data.station_light.assign(light_values_per_station, 0);
   return data;
 }

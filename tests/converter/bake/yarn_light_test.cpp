@@ -56,13 +56,11 @@ BakedYarn bake_mesh(const CellMesh& mesh, int bounces = unlimited_bounces) {
   BakedYarn baked{samples.header, std::move(samples.pairs[index_of(PairKind::held_out)]),
                   std::move(samples.yarns)};
   CHECK(counts_of(baked.yarns) == baked.header.yarns);
-  for (std::size_t c = 0; c < mesh.yarns.curves.size(); ++c) {
+  for (std::size_t c = 0; c < mesh.yarns.curves.size(); ++c)
     CHECK(baked.yarns.curves[c] == mesh.yarns.curves[c]);
-  }
   const float low = bounds_of(mesh).min.z;
-  for (std::size_t n = 0; n < mesh.yarns.nodes.size(); ++n) {
+  for (std::size_t n = 0; n < mesh.yarns.nodes.size(); ++n)
     CHECK(baked.yarns.nodes[n] == mesh.yarns.nodes[n] - V3f(0, 0, low));
-  }
   return baked;
 }
 
@@ -119,9 +117,8 @@ TEST_CASE("the moments tell by which view light of other yarn leaves yarn with l
   const BakedYarn baked = bake_mesh(mesh);
   const BakedYarn direct = bake_mesh(mesh, 0);
   YarnData without = baked.yarns;
-  for (std::size_t i = 0; i < without.station_light.size(); ++i) {
+  for (std::size_t i = 0; i < without.station_light.size(); ++i)
     if (i % light_values_per_station >= transfer_values_per_station) without.station_light[i] = 0;
-  }
   const V2f period = baked.header.period_mm;
   const auto yarns_of = [&](const YarnData& data) { return Yarns(data, baked.header.period_mm); };
   YarnData dark = without;
@@ -259,9 +256,8 @@ TEST_CASE("yarn's light is finite and loses or settles, at the extremes") {
         for (const auto* light : {&cell.yarns.station_light, &cell.yarns.light_through}) {
           const float* values = &(*light)[yarns.geometry().first_station[c] * light_values_per_station];
           LightTransfer transfer{};
-          for (const float a : place.functions) {
+          for (const float a : place.functions)
             for (float& value : transfer) value += a * *values++;
-          }
           for (const V3f& from : lights)
             even += indirect_light(transfer, from).x * 2 * std::numbers::pi_v<float> / 64;
         }

@@ -63,9 +63,8 @@ TEST_CASE("dress: the backing of a cube is a closed cube that is a quarter of a 
     CHECK_FALSE(material.fabric);
     // The shorter side of a repeat is 4 mm; the corners move along the diagonal.
     const double inward = 0.001 / std::sqrt(3.0) / scale;
-    for (const V3f& position : behind.positions) {
+    for (const V3f& position : behind.positions)
       for (int c = 0; c < 3; ++c) CHECK(std::abs(position[c]) == doctest::Approx(0.5 - inward).epsilon(1e-5));
-    }
     CHECK(behind.normals.size() == behind.positions.size());
     CHECK(behind.indices == scene.primitives[0].indices);
     // No variant changes it.

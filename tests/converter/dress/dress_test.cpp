@@ -66,11 +66,10 @@ TEST_CASE("dress: a garment in centimetres, or of a known height, gets its true 
     Workshop workshop;
     workshop.edit([&](Json& json) { json["nodes"][0]["scale"] = {100, 100, 100}; });
     DressOptions options = everything;
-    if (by_height) {
+    if (by_height)
       options.garment_height = 1;
-    } else {
+    else
       options.metres_per_unit = 0.01;
-    }
     const DressReport report = test::need(workshop.dress(options));
     CHECK(report.warnings.empty());
     CHECK(report.bounds.size().y == doctest::Approx(1));
@@ -291,9 +290,8 @@ TEST_CASE("dress: a fabric that nothing wears any more leaves the file, even a d
                 {.all_cloth = true, .colourways = {{.name = "other", .fabric = other}}}));
   REQUIRE(dress(workshop.output, other, again, everything));
   const Scene scene = test::need(read_scene(again));
-  for (const SceneMaterial& material : scene.materials) {
+  for (const SceneMaterial& material : scene.materials)
     if (material.fabric) CHECK(material.fabric->fabric < static_cast<int>(scene.fabrics.size()));
-  }
 }
 
 TEST_CASE("dress: materials are found by name, all of that name, or by number") {

@@ -94,9 +94,8 @@ TEST_CASE("fallback: a fabric that brightens towards the rim gets a sheen of tha
   const std::vector<V3f> views = cell_directions(fabric.views);
   for (FabricLevel& level : fabric.levels) {
     level.add_layer(LayerKind::table, 3 * 64, 1);
-    for (std::size_t i = 0; i < level.view_table().size(); ++i) {
+    for (std::size_t i = 0; i < level.view_table().size(); ++i)
       level.view_table()[i].x += 1.0F - views[i % 64].z;
-    }
   }
   const Fallback fallback = bake_fallback(fabric);
   // Green has none of its own: the sheen gives back what red's takes from its base.

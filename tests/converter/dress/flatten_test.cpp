@@ -17,11 +17,9 @@ using test::stretch_of;
 template <class PrimitiveIndex>
 ClothPanel bend(int columns, int rows, const PrimitiveIndex& place) {
   ClothPanel panel;
-  for (int j = 0; j <= rows; ++j) {
-    for (int i = 0; i <= columns; ++i) {
+  for (int j = 0; j <= rows; ++j)
+    for (int i = 0; i <= columns; ++i)
       panel.positions.push_back(place(static_cast<double>(i) / columns, static_cast<double>(j) / rows));
-    }
-  }
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
       const int a = j * (columns + 1) + i;

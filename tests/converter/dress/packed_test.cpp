@@ -46,11 +46,10 @@ std::size_t added_bytes(const RawGlb& dressed, const RawGlb& garment) {
     std::size_t sum = 0;
     const Json& extension = member(member(file.json, "extensions"), names::gltf::fabric_extension);
     for (const Json& list :
-         {array_member(file.json, "images"), array_member(extension, names::gltf::fabrics)}) {
+         {array_member(file.json, "images"), array_member(extension, names::gltf::fabrics)})
       for (const Json& entry : list)
         sum +=
             file.json["bufferViews"][entry["bufferView"].get<std::size_t>()]["byteLength"].get<std::size_t>();
-    }
     return sum;
   };
   return bytes_of(dressed) - bytes_of(garment);

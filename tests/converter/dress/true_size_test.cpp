@@ -34,9 +34,8 @@ TEST_CASE("true size: scenes that share nodes are all scaled, and no node gets t
   document.json["scenes"][3]["nodes"] = {count, shared};
   REQUIRE(scale_garment(document, 0.01));
   std::map<int, int> parents;
-  for (const Json& node : document.json["nodes"]) {
+  for (const Json& node : document.json["nodes"])
     for (const Json& child : array_member(node, "children")) ++parents[child.get<int>()];
-  }
   CHECK(parents == std::map<int, int>{{shared, 1}, {count, 1}});
   CHECK_FALSE(document.json["scenes"][2].contains("nodes"));
   for (const char* scene : {"0", "1", "3"})

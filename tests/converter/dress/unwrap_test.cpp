@@ -402,9 +402,8 @@ TEST_CASE("dress: a primitive without an area does not keep the others from bein
   });
   const DressReport report = test::need(workshop.dress({.materials = {"#0"}, .unwrap = Unwrapping::always}));
   CHECK(report.unwrap_reports.at(0).chart_count == 4);
-  for (const Error& issue : check_gltf(workshop.output, {})) {
+  for (const Error& issue : check_gltf(workshop.output, {}))
     if (issue.code != Code::gltf_advice) FAIL_CHECK(to_line(issue));
-  }
 }
 
 TEST_CASE("dress: a material without an area is left alone where all are dressed, and named where it is") {

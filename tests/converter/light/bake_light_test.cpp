@@ -50,9 +50,8 @@ std::vector<Estimate> cell_means(const TexelBaker& baker, const V3f& view, std::
     const std::size_t texels = seen.alpha.size();
     for (std::size_t l = 0; l < means.size(); ++l) {
       double sum = 0;
-      for (std::size_t t = 0; t < texels; ++t) {
+      for (std::size_t t = 0; t < texels; ++t)
         sum += static_cast<double>(seen.alpha[t] * seen.radiance[l * texels + t].x);
-      }
       means[l].push_back(sum / static_cast<double>(texels));
     }
   }
@@ -117,10 +116,9 @@ TEST_CASE("light between two plates is the geometric series of their albedos") {
     for (std::uint64_t seed = 1; seed <= 64; ++seed) {
       NoiseSum ignored;
       const ViewSamples seen = baker.bake_view({0, 0, 1}, {&light, 1}, 1024, hash64(seed), ignored);
-      for (std::size_t t = 0; t < 3; ++t) {
+      for (std::size_t t = 0; t < 3; ++t)
         CHECK(static_cast<double>(seen.radiance[t].x) ==
               doctest::Approx(plate_albedo / pi * static_cast<double>(light.z)).epsilon(1e-5));
-      }
       means.push_back(static_cast<double>(seen.radiance[3].x));
     }
     return estimate_of(means);

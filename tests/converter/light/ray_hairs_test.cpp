@@ -17,9 +17,8 @@ CellMesh square_with_hair(float x, float radius, float passed) {
   mesh.normals.assign(4, {0, 0, 1});
   mesh.albedo.assign(4, {0.25F, 0.5F, 0.75F});
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-  for (int k = 0; k < Hairs::points_per_hair; ++k) {
+  for (int k = 0; k < Hairs::points_per_hair; ++k)
     mesh.hairs.points.emplace_back(x + static_cast<float>(k) / (Hairs::points_per_hair - 1), 0.5F, 1.0F);
-  }
   mesh.hairs.root_triangles = {1};
   mesh.hairs.radius = {radius};
   mesh.hairs.transparency = {passed};

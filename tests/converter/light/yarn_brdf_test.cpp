@@ -37,9 +37,8 @@ double albedo_by_quadrature(const YarnBrdf& s, const V3d& l) {
   for (int i = 0; i < rows; ++i) {
     // Equal steps of the squared cosine: the cosine's weight is in them.
     const double cosine = std::sqrt((i + 0.5) / rows);
-    for (int j = 0; j < columns; ++j) {
+    for (int j = 0; j < columns; ++j)
       sum += reflectance(s, l, direction(s, cosine, 2 * pi * (j + 0.5) / columns)).x;
-    }
   }
   return sum * pi / (rows * columns);
 }

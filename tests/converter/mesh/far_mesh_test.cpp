@@ -55,9 +55,8 @@ TEST_CASE("a mesh a million cells away is read as the one that is here") {
     shift.y = std::round(shift.y / knit.period.y) * knit.period.y;
     CHECK(std::abs(shift.x) + std::abs(shift.y) <= 2 * (knit.period.x + knit.period.y));
     double most = 0;
-    for (std::size_t v = 0; v < here.positions.size(); ++v) {
+    for (std::size_t v = 0; v < here.positions.size(); ++v)
       most = std::max(most, (V3d(there.positions[v]) - V3d(here.positions[v]) - shift).length());
-    }
     // Half a last place of coordinates below 8 mm on either side, in three axes, and once in the shift.
     CHECK(most <= 4 * std::sqrt(3.0) * 0x1p-22);
   }

@@ -192,9 +192,8 @@ TEST_CASE("a stitch written and read again is the same mesh") {
     CHECK(again.positions == mesh.positions);  // shortest decimals and raw floats lose nothing
     CHECK(again.triangles == mesh.triangles);
     CHECK(again.albedo == mesh.albedo);
-    for (std::size_t v = 0; v < mesh.normals.size(); ++v) {
+    for (std::size_t v = 0; v < mesh.normals.size(); ++v)
       CHECK((again.normals[v] - mesh.normals[v]).length() < 1e-6F);
-    }
   }
 }
 

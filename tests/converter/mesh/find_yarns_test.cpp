@@ -190,9 +190,8 @@ TEST_CASE("a plane, a fence, grooves, a ball and a flat band are no yarn") {
   for (V3f& p : band.positions) p.z *= 0.25F;
   recompute_normals(band);
   for (const CellMesh& mesh : {test::floor_of(5, 1, 0.5F), test::fence(5, 3, 0.5F, 0.5F),
-                               test::groove(5, 1, 0.5F), mesh_with(ball, 10, truth), band}) {
+                               test::groove(5, 1, 0.5F), mesh_with(ball, 10, truth), band})
     CHECK(find_yarns(mesh).explained_fraction < 0.3);
-  }
 }
 
 TEST_CASE("open ends and colours that change along a yarn are not represented") {
@@ -204,9 +203,8 @@ TEST_CASE("open ends and colours that change along a yarn are not represented") 
     CHECK(find_yarns(mesh).explained_fraction == 0);
   }
   SUBCASE("two colours, half and half") {
-    for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    for (std::size_t v = 0; v < mesh.positions.size(); ++v)
       mesh.albedo[v] = mesh.positions[v].x < 2 ? V3f(0.1F, 0.1F, 0.1F) : V3f(0.9F, 0.9F, 0.9F);
-    }
     CHECK(find_yarns(mesh).yarns.curves.size() == 1);
     CHECK(find_yarns(mesh).explained_fraction < 0.1);
   }

@@ -96,9 +96,8 @@ TEST_CASE("a row is knitted with the yarns of its letters, else with the first")
   CHECK(text.knit.yarns[1].fibre_kind == find_yarn_kind("silk"));
   CHECK(text.settings[1] == StitchSettings{{"plies", {2}}});
   std::string yarns;
-  for (const auto& stitches : text.knit.rows) {
+  for (const auto& stitches : text.knit.rows)
     for (const ChartStitch& stitch : stitches) yarns += std::to_string(stitch.yarn);
-  }
   CHECK(yarns == "000011110110");
 }
 

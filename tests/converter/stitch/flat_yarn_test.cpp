@@ -172,10 +172,9 @@ TEST_CASE("relaxed flat yarns lie on each other and do not overlap") {
     CAPTURE(q);
     const StitchPattern relaxed = relax(woven(0.25, q)).pattern;
     const double thin = relaxed.yarns[0].radius_mm * std::sqrt(q);
-    for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t i = 0; i < 2; ++i)
       for (const Crossing& c : crossings_of(relaxed, relaxed.yarns[i], relaxed.yarns[2]))
         CHECK(std::abs(c.z_a - c.z_b) == doctest::Approx(2 * thin).epsilon(0.03));
-    }
     const double least = min_between(relaxed);
     MESSAGE(q, ": ", least / thin);
     CHECK(least > -touching_overlap * thin);

@@ -115,9 +115,8 @@ std::string draft_of(int warps, int wefts, const Over& over) {
   out << "[LIFTPLAN]\n";
   for (int j = 1; j <= wefts; ++j) {
     out << j << "=0";
-    for (int i = 1; i <= warps; ++i) {
+    for (int i = 1; i <= warps; ++i)
       if (over(i, j)) out << "," << i;
-    }
     out << "\n";
   }
   return out.str();

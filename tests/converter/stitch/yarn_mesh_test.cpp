@@ -50,9 +50,8 @@ TEST_CASE("area and volume of a ring converge to the torus's, with order 2") {
 TEST_CASE("a ring's mesh is one closed surface with one hole, wherever the walls cut it") {
   StitchPattern pattern = ring(4, 1.1, 0.53);
   for (const V3d& shift : {V3d(0, 0, 0), V3d(2, 1.3, 0)}) {
-    for (BezierSegment& segment : pattern.yarns[0].segments) {
+    for (BezierSegment& segment : pattern.yarns[0].segments)
       for (V3d& p : segment) p += shift;
-    }
     const Topology topology = topology_of(mesh_of(pattern, 33), 1, true);
     check_closed(topology);
     CHECK(topology.components == 1);
@@ -82,9 +81,8 @@ TEST_CASE("both sides of a wall are the same bits: positions, normals, albedo") 
   const CellMesh mesh = mesh_of(plain_weave(), 40);
   const auto px = static_cast<float>(mesh.period.x);
   std::map<std::pair<float, float>, std::size_t> near;
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v)
     if (mesh.positions[v].x == 0) near[{mesh.positions[v].y, mesh.positions[v].z}] = v;
-  }
   std::size_t twins = 0;
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     CHECK(mesh.positions[v].x >= 0);
@@ -138,10 +136,9 @@ TEST_CASE("tubes lie on the surface of their yarn and are closed") {
     for (const V3d& p : tubes.surface.positions) farthest = std::max(farthest, std::abs(surface.distance(p)));
     CHECK(farthest < 1e-3);
     std::map<std::pair<int, int>, int> edges;
-    for (const V3i& t : tubes.surface.triangles) {
+    for (const V3i& t : tubes.surface.triangles)
       for (int k = 0; k < 3; ++k)
         ++edges[{tubes.surface.source_vertex[t[k]], tubes.surface.source_vertex[t[(k + 1) % 3]]}];
-    }
     for (const auto& [edge, count] : edges) {
       CHECK(count == 1);
       CHECK(edges.count({edge.second, edge.first}) == 1);
@@ -200,9 +197,8 @@ TEST_CASE("plies make a mesh that is closed round the torus of cells, with fibre
 }
 
 TEST_CASE("refuses grids too coarse, too fine or out of range") {
-  for (const int cells : {3, 0, -1, 1025}) {
+  for (const int cells : {3, 0, -1, 1025})
     CHECK(test::error_of(mesh_stitch(plain_knit(), {cells})).code == Code::option_out_of_range);
-  }
   CHECK(to_line(test::error_of(mesh_stitch(plain_knit(), {5}))) ==
         "plain-knit: --grid: 5 are too few for a yarn of radius 0.6 mm, at least 9 "
         "[OPTION_OUT_OF_RANGE]");

@@ -67,9 +67,8 @@ TEST_CASE("plies that a file derives from their axis lie where the mesh has them
     const StitchPattern plies = laid(pattern);
     std::vector<V3d> points;
     for (const Yarn& ply : plies.yarns) {
-      for (const BezierSegment& segment : ply.segments) {
+      for (const BezierSegment& segment : ply.segments)
         for (int k = 0; k < 40; ++k) points.push_back(point_at(segment, k / 40.0));
-      }
     }
     double worst = 0;
     for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {

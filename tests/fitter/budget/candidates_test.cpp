@@ -97,9 +97,8 @@ TEST_CASE("the choice of layers scales with the radiance") {
     PairSamples truth = truth_of(fabric, 12);
     header.pairs[0] = truth.pairs;
     SampleLevel seen = seen_of(fabric);
-    for (std::vector<V3f>* radiance : {&truth.radiance, &seen.radiance}) {
+    for (std::vector<V3f>* radiance : {&truth.radiance, &seen.radiance})
       for (V3f& r : *radiance) r *= factor;
-    }
     const auto fitter = test::need(LayerFitter::create(seen, header, truth, options));
     const LayerFit chosen = fitter.choose_within(28000);
     REQUIRE(validate(chosen.fabric));

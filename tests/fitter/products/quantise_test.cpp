@@ -36,9 +36,8 @@ TEST_CASE("the higher the price of a bit, the fewer bytes the coefficients take"
   products.light_functions = {{1}, {1}, {1}};
   products.pairs = {{0, 0}, {0, 1}, {0, 2}};
   Random random(7);
-  for (int i = 0; i < 3 * 32 * 32; ++i) {
+  for (int i = 0; i < 3 * 32 * 32; ++i)
     products.coefficient.push_back(static_cast<float>(std::pow(2 * random.uniform() - 1, 3)));
-  }
   Quantisation how;
   how.step = 0.125F;
   how.row_texels = 32;
@@ -48,9 +47,8 @@ TEST_CASE("the higher the price of a bit, the fewer bytes the coefficients take"
     how.bit_cost = price;
     const std::vector<float> coded = quantise(products, how).coefficient;
     double error = 0;
-    for (std::size_t i = 0; i < coded.size(); ++i) {
+    for (std::size_t i = 0; i < coded.size(); ++i)
       error += std::pow(static_cast<double>(coded[i] - products.coefficient[i]), 2);
-    }
     const double bytes = coded_bytes(coded, 3, 32);
     CHECK(bytes < last);
     CHECK(error > last_error);

@@ -21,9 +21,8 @@ const std::string transform_place = fabric_place + "/extensions/KHR_texture_tran
 /// The same for the fabric and its fallback.
 auto placed(const char* member, const Json& value) {
   return [=](Square& s) {
-    for (const char* owner : {fabric_place.c_str(), "/materials/0/pbrMetallicRoughness/baseColorTexture"}) {
+    for (const char* owner : {fabric_place.c_str(), "/materials/0/pbrMetallicRoughness/baseColorTexture"})
       s.at(owner)["extensions"]["KHR_texture_transform"][member] = value;
-    }
   };
 }
 

@@ -50,9 +50,8 @@ TEST_CASE("gltf check: what a small file asks for is refused, by the reader too"
         s.json["accessors"].push_back(Json::parse(R"({"componentType":5126,"count":1000000,"type":"VEC3",
             "min":[0,0,0],"max":[0,0,0]})"));
         s.json["meshes"][0]["primitives"] = Json::array();
-        for (int i = 0; i < 200; ++i) {
+        for (int i = 0; i < 200; ++i)
           s.json["meshes"][0]["primitives"].push_back(Json::parse(R"({"attributes":{"POSITION":5}})"));
-        }
       },
       [](Square& s) {
         // Each joint has all joints before it as ancestors.

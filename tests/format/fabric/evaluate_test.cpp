@@ -86,10 +86,9 @@ TEST_CASE("no cloth of any layers sends out more than it receives, to either sid
       for (const DirectionPair& pair : random_direction_pairs(20, 0.1, 4)) {
         const V2d uv(static_cast<double>(pair.light.x), static_cast<double>(pair.light.y));
         V3d sum(0, 0, 0);
-        for (const V3f& light : lights) {
+        for (const V3f& light : lights)
           for (const float side : {1.0F, -1.0F})
             sum += V3d(evaluate(fabric, level, uv, {light.x, light.y, side * light.z}, pair.view).radiance);
-        }
         sum *= 2 * std::numbers::pi / static_cast<double>(lights.size());
         for (int c = 0; c < 3; ++c) CHECK(sum[c] < 1.05);
         lit += sum.y;

@@ -51,9 +51,8 @@ TEST_CASE("levels are refused beyond the memory that is allowed, by reader and c
   REQUIRE(write_fabric(path, fabric));
   const FabricReader reader = test::need(FabricReader::open(path));
   std::uint64_t floats = 0;
-  for (const FabricLevel& level : fabric.levels) {
+  for (const FabricLevel& level : fabric.levels)
     for (const LayerKind kind : all_layers) floats += level[kind].values.size();
-  }
   const std::uint64_t memory = reader.peak_memory_bytes();
   CHECK(memory >= floats * sizeof(float));
   CHECK(memory < 8 * floats * sizeof(float));

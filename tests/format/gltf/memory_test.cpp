@@ -20,9 +20,8 @@ SceneLimits within(std::uint64_t bytes) { return {.document = {.memory = bytes}}
 
 std::string png_header(std::uint32_t width, std::uint32_t height) {
   std::string bytes("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16);
-  for (const std::uint32_t side : {width, height}) {
+  for (const std::uint32_t side : {width, height})
     for (const unsigned shift : {24U, 16U, 8U, 0U}) bytes += static_cast<char>(side >> shift);
-  }
   return bytes;
 }
 

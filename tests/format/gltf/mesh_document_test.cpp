@@ -55,9 +55,8 @@ std::string binary(bool big) {
     put(3U, 1);
     for (const std::uint32_t corner : {0U, with ? 1U : 2U, with ? 2U : 3U}) put(corner, 4);
     put(with ? 6U : 0U, 1);
-    if (with) {
+    if (with)
       for (const float value : {0.0F, 0.0F, 1.0F, 0.0F, 1.0F, 1.0F}) single(value);
-    }
     put(0U, 4);
   }
   return text;

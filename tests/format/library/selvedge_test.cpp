@@ -55,9 +55,8 @@ TEST_CASE("the library gives every layer of a fabric of products, as it was writ
   const Folder folder;
   Fabric fabric = random_product_fabric(6, 5, {2, 3}, 2, 7);
   // As `make --quality standard` chooses them: some levels with lobes, others with products alone.
-  for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light}) {
+  for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light})
     fabric.levels[0].remove_layer(kind);
-  }
   REQUIRE(write_fabric(folder / "f.exr", fabric, {.half_layers = LayerSet{}}));
   const auto file = test::need(FabricFile::open(folder / "f.exr"));
   CHECK(file.facts().light_columns == fabric.lights.columns);
@@ -75,9 +74,8 @@ TEST_CASE("the library gives every layer of a fabric of products, as it was writ
     CHECK(same(data.opacity, level.opacity()));
     if (k > 0) CHECK(same(data.light_table, level[LayerKind::light].values));
     CHECK(data.products == static_cast<int>(level.pairs.size()));
-    for (int m = 0; m < data.products; ++m) {
+    for (int m = 0; m < data.products; ++m)
       CHECK(V2i(data.pairs[2 * m], data.pairs[2 * m + 1]) == level.pairs[m]);
-    }
     CHECK(same(data.coefficients, level.coefficients()));
     CHECK(same(data.view_basis, level.bases->view));
     REQUIRE(data.light_basis.size() == 3 * level.bases->light.size());
@@ -114,9 +112,8 @@ TEST_CASE("the library gives the yarn as it was written, and shows it at level -
                     given.sides} == curve.plies);
   }
   REQUIRE(yarns.nodes.size() == 3 * data.nodes.size());
-  for (std::size_t i = 0; i < yarns.nodes.size(); ++i) {
+  for (std::size_t i = 0; i < yarns.nodes.size(); ++i)
     CHECK(yarns.nodes[i] == data.nodes[i / 3][static_cast<int>(i % 3)]);
-  }
   CHECK(std::equal(yarns.indirect.begin(), yarns.indirect.end(), data.station_light.begin(),
                    data.station_light.end()));
   const std::array<float, 3> light{0.6F, 0, 0.8F};

@@ -45,9 +45,8 @@ TEST_CASE("the AgX curve has the values of three.js 0.187") {
                                                {{4, 3, 0.2F}, {0.88044F, 0.80697F, 0.51724F}},
                                                {{40, 2, 40}, {1, 0.9551F, 1}},
                                                {{1e4F, 1e4F, 1e4F}, {0.99698F, 0.99688F, 0.99678F}}};
-  for (const auto& [colour, wanted] : cases) {
+  for (const auto& [colour, wanted] : cases)
     CHECK((tone_map(ToneCurve::agx, colour) - wanted).length() < 1e-4F);
-  }
 }
 
 TEST_CASE("a tone curve leaves the background and the opacity alone") {

@@ -31,9 +31,8 @@ namespace {
 template <class Radiance>
 Environment made(int width, const Radiance& radiance) {
   Environment e{width, width / 2, {}, {}};
-  for (int y = 0; y < e.height; ++y) {
+  for (int y = 0; y < e.height; ++y)
     for (int x = 0; x < e.width; ++x) e.radiance.push_back(radiance(e.direction(x, y)));
-  }
   return e;
 }
 

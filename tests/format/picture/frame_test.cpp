@@ -9,10 +9,9 @@ TEST_CASE("the box filter averages premultiplied values and turns the rows over"
   Frame frame{2, 2, std::vector<V4f>(4)};
   // A picture of 4 x 4, bottom row first; pixel (x, y) holds x + 10 y in red and 1 or 0 in opacity.
   std::vector<V4f> large;
-  for (int y = 0; y < 4; ++y) {
+  for (int y = 0; y < 4; ++y)
     for (int x = 0; x < 4; ++x)
       large.emplace_back(static_cast<float>(x + 10 * y), 0.0F, 0.0F, x == 0 ? 1.0F : 0.0F);
-  }
   box_filter(large, 0, 2, frame);
   CHECK(frame.pixels[2] == V4f(5.5F, 0, 0, 0.5F));
   CHECK(frame.pixels[3] == V4f(7.5F, 0, 0, 0));

@@ -20,9 +20,8 @@ namespace {
 Image ramp(int width, int height, int channels) {
   Image image{width, height, channels, {}};
   const int count = width * height * channels;
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < count; ++i)
     image.pixels.push_back(static_cast<float>(i) / static_cast<float>(count - 1));
-  }
   return image;
 }
 

@@ -81,9 +81,8 @@ TEST_CASE("yarn is compared at every size, by its fraction of a texel") {
 TEST_CASE("the peak is the truth's 99.9th percentile at level 0, one for all levels") {
   PairSamples truth = constant_truth(125, 0, 1);
   // 2,000 texels of three equal channels: of 6,000 values the 99.9th percentile leaves 6 above, the outliers.
-  for (std::size_t i = 0; i < truth.radiance.size(); ++i) {
+  for (std::size_t i = 0; i < truth.radiance.size(); ++i)
     truth.radiance[i] = V3f(static_cast<float>(i) / 2000);
-  }
   truth.radiance[0] = V3f(100);
   truth.radiance[1] = V3f(100);
   const auto result = test::need(compare(constant_fabric(0, 1), truth, PairKind::held_out));
@@ -94,9 +93,8 @@ TEST_CASE("the peak is the truth's 99.9th percentile at level 0, one for all lev
 TEST_CASE("independent noise of the truth falls by 6.02 dB with every level") {
   PairSamples truth = constant_truth(2000, 1, 1);
   Random random(3);
-  for (V3f& n : truth.noise) {
+  for (V3f& n : truth.noise)
     for (int c = 0; c < 3; ++c) n[c] = test::uniform(random, -1, 1);
-  }
   const auto result = test::need(compare(constant_fabric(1, 1), truth, PairKind::held_out));
   // Mean square of a uniform number in [-1, 1] is 1/3: 4.77 dB below the peak of 1. The last level has 6,000
   // values, whose mean square is known to 1.2 %: 0.05 dB; bound: 4 of them.
