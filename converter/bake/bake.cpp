@@ -32,11 +32,10 @@ YarnData stored_yarns(const CellMesh& mesh, BakeReport& report) {
   YarnData lit = found.yarns;
   lit.station_light.resize(std::size_t{light_values_per_station} * counts_of(lit).stations);
   const bool stored = found.explained_fraction >= min_fraction && validate(lit, V2f(mesh.period)).has_value();
-  if (!stored || found.explained_fraction < fraction_without_remark) {
+  if (!stored || found.explained_fraction < fraction_without_remark)
     report.remarks.push_back(fmt::format("{:.0f} % of the surface is not round yarn: {}",
                                          100 * (1 - found.explained_fraction),
                                          stored ? "it is missing close by" : "no yarns are stored"));
-  }
   return stored ? std::move(found.yarns) : YarnData();
 }
 
@@ -171,10 +170,9 @@ Baked baked_mesh(const CellMesh& given, const std::string& name, const BakeOptio
     work.done(work.view);
   }
   ByPairKind<NoiseSum> truth_noise;
-  for (const PairKind kind : all_pair_kinds) {
+  for (const PairKind kind : all_pair_kinds)
     samples.pairs[index_of(kind)] = bake_pairs(
         baker, o, header, kind, [&] { work.done(work.pair); }, truth_noise[index_of(kind)]);
-  }
   if (header.yarns.curves > 0) samples.yarns = lit_yarns(cell, o, header, report);
   finish(baked, o, noise, truth_noise[index_of(PairKind::held_out)]);
   report.seconds = watch.seconds();

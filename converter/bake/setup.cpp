@@ -82,10 +82,9 @@ Result<void> check_options(const BakeOptions& o, const std::string& name) {
     if (!ok) return ok;
   const double pixels = static_cast<double>(o.width) * o.height * o.views * o.lights * (o.both_sides ? 4 : 1);
   const auto limit = static_cast<double>(ExrLimits{}.pixels_per_part);
-  if (pixels > limit) {
+  if (pixels > limit)
     return refuse("texels", fmt::format("texels x views x lights are {:.3g}; at most {:.3g} are allowed",
                                         pixels, limit));
-  }
   return {};
 }
 

@@ -203,14 +203,13 @@ class Chooser {
     for (const std::string& selector : choice.materials) chosen.merge(find(selector));
     for (const std::string& selector : choice.excluded_materials)
       for (const int material : find(selector)) chosen.erase(material);
-    if (chosen.empty()) {
+    if (chosen.empty())
       throw Failure{Error{Code::material_missing, document_.file, "/materials",
                           !result.skipped_materials.empty()
                               ? fmt::format("nothing is cloth: {}", fmt::join(result.skipped_materials, "; "))
                           : !choice.excluded_materials.empty() ? "all materials are left alone"
                           : choice.all_cloth                   ? "there are no triangles to dress"
                                                                : "no material is named"}};
-    }
     result.materials.assign(chosen.begin(), chosen.end());
     return result;
   }

@@ -68,10 +68,9 @@ void check_options(const DressOptions& options, const V2d& shape) {
         std::pair("scale", options.scale), std::pair("unit", options.metres_per_unit),
         std::pair("height", options.garment_height.value_or(1))})
     if (!(value > 0) || !std::isfinite(value)) refuse(name, fmt::format("{} is not positive", value));
-  if (std::remainder(options.rotation_degrees, 90) != 0 && shape.x != shape.y) {
+  if (std::remainder(options.rotation_degrees, 90) != 0 && shape.x != shape.y)
     refuse("rotation", fmt::format("only right angles: the repeat is {:.5g} x {:.5g} mm, not a square",
                                    shape.x, shape.y));
-  }
 }
 
 /// Reads a fabric, takes its memory from the limits, and refuses options that do not go with it. Throws
@@ -145,10 +144,9 @@ class Dresser {
     if (!options_.single_sided) backed = double_layer_fractions(scene);
     for (const int material : chosen.materials)
       attempt(material, [&] { dress(material, scene, backed[material]); });
-    if (report_.materials.empty()) {
+    if (report_.materials.empty())
       throw Failure{left_out_.value_or(
           Error{Code::garment_empty, document_.file, "/materials", "the materials are on no triangles"})};
-    }
     for (std::size_t i = 0; i < options_.colourways.size(); ++i)
       add_colourway(options_.colourways[i], cloths_[i + 1] ? *cloths_[i + 1] : cloth_);
     if (options_.backing) add_backings();
@@ -308,10 +306,9 @@ class Dresser {
                       return error;
                     });
     report_.unwrap_reports.emplace(material, made);
-    if (made.had_uvs && has_pictures(material)) {
+    if (made.had_uvs && has_pictures(material))
       report_.warnings.push_back(fmt::format(
           "material #{}: pictures on its former texture coordinates show in other places now", material));
-    }
     done.merge(places);
   }
 
@@ -401,10 +398,9 @@ class Dresser {
 
   /// Writes the reference and the fallback.
   void wear(int material, Cloth& cloth, const DressedUse& use) {
-    if (const std::optional<TransformFault> fault = fabric_transform_fault(use.reference.transform)) {
+    if (const std::optional<TransformFault> fault = fabric_transform_fault(use.reference.transform))
       throw Failure{{Code::gltf_extension, document_.file, fmt::format("/materials/{}", material),
                      fmt::format("invalid texture transform: {}: {}", fault->member, fault->reason)}};
-    }
     set_fabric_reference(document_, material, use.reference);
     if (options_.has_fallback) write_fallback(material, cloth, use);
   }
@@ -448,10 +444,9 @@ class Dresser {
       wear(copy, cloth, in_variant);
       report_.variants.push_back(std::move(made));
     }
-    if (!shown) {
+    if (!shown)
       report_.warnings.push_back(fmt::format(
           "variant \"{}\" changes nothing: only other variants wear the dressed materials", colourway.name));
-    }
     if (!colourway.color) return;
     const V3f color = *colourway.color;
     // Darker than cloth can be is no fault of the fabric.

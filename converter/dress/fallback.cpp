@@ -194,11 +194,10 @@ void set_fallback(GltfDocument& document, int material, const Fallback& fallback
   };
   add_lobe("KHR_materials_specular", {{"specularFactor", 0}});
   const FallbackFactors& factors = fallback.factors;
-  if (factors.transmission > 0) {
+  if (factors.transmission > 0)
     add_lobe("KHR_materials_diffuse_transmission",
              {{"diffuseTransmissionFactor", factors.transmission},
               {"diffuseTransmissionColorFactor", at_most_one(factors.transmission_color * tint)}});
-  }
   const V3f color = factors.sheen_color * tint;
   if (color == V3f(0, 0, 0)) return;
   add_lobe("KHR_materials_sheen",

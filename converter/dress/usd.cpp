@@ -157,12 +157,11 @@ class MaterialPrim {
     const std::string surface = surface_of(json, material);
     std::string text = fmt::format("        def Material \"{}\"\n        {{\n", name);
     const std::string file = material.fabric ? assets_.fabric(material.fabric->fabric) : "";
-    if (!file.empty()) {
+    if (!file.empty())
       text += fmt::format(
           "            custom asset selvedge:fabric:file = {}\n"
           "            custom float2 selvedge:fabric:st.connect = {}\n",
           asset(file), coordinates(material.fabric->tex_coord, material.fabric->transform));
-    }
     add("surface", surface);
     text += fmt::format("            token outputs:surface.connect = {}\n", output("surface", "surface"));
     for (const auto& [shader, body] : shaders_)
@@ -244,10 +243,9 @@ class MaterialPrim {
     std::string text = line("uniform token info:id", "\"UsdPreviewSurface\"");
     text += textured ? line("color3f inputs:diffuseColor.connect", output("base_color", "rgb"))
                      : line("color3f inputs:diffuseColor", text_of(V3f(color.x, color.y, color.z)));
-    if (const Json& glow = member(json, "emissiveFactor"); glow.is_array() && glow.size() == 3) {
+    if (const Json& glow = member(json, "emissiveFactor"); glow.is_array() && glow.size() == 3)
       text += line("color3f inputs:emissiveColor", fmt::format("({}, {}, {})", number_or(glow[0], 0),
                                                                number_or(glow[1], 0), number_or(glow[2], 0)));
-    }
     text += line("float inputs:metallic", number_or(member(core, "metallicFactor"), 1));
     const Json& normal = member(json, "normalTexture");
     const double bumps = number_or(member(normal, "scale"), 1);
@@ -257,10 +255,9 @@ class MaterialPrim {
         line("token inputs:sourceColorSpace", "\"raw\"");
     if (texture("normal", normal, decoding))
       text += line("normal3f inputs:normal.connect", output("normal", "rgb"));
-    if (material.alpha_mode != AlphaMode::opaque) {
+    if (material.alpha_mode != AlphaMode::opaque)
       text += textured ? line("float inputs:opacity.connect", output("base_color", "a"))
                        : line("float inputs:opacity", color.w);
-    }
     if (material.alpha_mode == AlphaMode::mask)
       text += line("float inputs:opacityThreshold", material.alpha_cutoff);
     text += line("float inputs:roughness", number_or(member(core, "roughnessFactor"), 1));

@@ -101,10 +101,9 @@ class Exporter {
                               : FabricReader::open(source.path, {.memory = memory}));
       Fabric fabric = value_or_throw(reader.read());
       memory -= std::min(memory, reader.peak_memory_bytes());
-      if (!fabric.levels.front().yarns()) {
+      if (!fabric.levels.front().yarns())
         refuse(Code::fabric_unsupported, place,
                fmt::format("the fabric {} has texels alone, no yarn", source.name));
-      }
       if (material.fabric->tex_coord > 1)
         refuse(Code::garment_no_uvs, place, "only the UV sets 0 and 1 are read");
       cloths_.push_back({m,
@@ -153,11 +152,10 @@ class Exporter {
     least = 0;
     for (WornCloth& worn : cloths_) {
       auto cells = cells_of(worn.cloth, yarn_uv_bounds(worn.yarns()), allowed);
-      if (!cells) {
+      if (!cells)
         refuse(
             Code::file_too_large, fmt::format("/materials/{}", worn.material),
             fmt::format("its texture coordinates reach over more than {} repeats", options_.triangle_budget));
-      }
       worn.cells = std::move(*cells);
       full = std::max(full, max_triangles(worn.yarns()));
       least = std::max(least, min_triangles(worn.yarns()));
@@ -172,10 +170,9 @@ class Exporter {
         counts[1] > 0 ? std::min(full, (counts[0] > 0 ? allowed / 2 : allowed) / counts[1]) : full;
     const double outside =
         counts[0] > 0 ? std::min(full, (allowed - within * counts[1]) / counts[0]) : within;
-    if (std::min(within, outside) < least) {
+    if (std::min(within, outside) < least)
       refuse_if_over(counts[0] + counts[1],
                      (counts[0] + counts[1]) * least * (counts[0] > 0 && counts[1] > 0 ? 2 : 1));
-    }
     return {outside, within};
   }
 

@@ -521,11 +521,10 @@ Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name)
   const int extra_x = overhang(state->bounds.max.x, period.x);
   const int extra_y = overhang(state->bounds.max.y, period.y);
   constexpr int max_extra = 8;
-  if (extra_x > max_extra || extra_y > max_extra) {
+  if (extra_x > max_extra || extra_y > max_extra)
     return fail(Code::mesh_invalid, name, "period",
                 fmt::format("the mesh reaches {} periods beyond its cell; {} are allowed",
                             std::max(extra_x, extra_y), max_extra));
-  }
   for (int i = 0; i < 2; ++i) {
     const bool few = mesh.triangles.size() <= few_triangles;
     const double around = std::min(block_reach * period[i], few ? size : thicknesses_around * thickness);

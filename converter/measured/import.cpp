@@ -180,11 +180,10 @@ Result<Image> read_picture(const MeasuredPicture& picture, const V2i& size, cons
       read_image(picture.file, options.colours == PictureColours::srgb ? Transfer::srgb : Transfer::keep,
                  options.max_memory);
   if (!image) return image;
-  if (size.x > 0 && size != V2i(image->width, image->height)) {
+  if (size.x > 0 && size != V2i(image->width, image->height))
     return fail(Code::image_mismatch, picture.file, {},
                 fmt::format("{} x {} pixels; the first picture has {} x {}", image->width, image->height,
                             size.x, size.y));
-  }
   const auto scale = static_cast<float>(1 / picture.exposure);
   for (std::size_t i = 0; i < image->pixels.size(); i += 4) {
     float* p = &image->pixels[i];
@@ -195,11 +194,10 @@ Result<Image> read_picture(const MeasuredPicture& picture, const V2i& size, cons
     }
     V3f colour(p[0], p[1], p[2]);
     // IEC 61966-2-1.
-    if (options.colours == PictureColours::xyz) {
+    if (options.colours == PictureColours::xyz)
       colour = V3f(3.2406F * p[0] - 1.5372F * p[1] - 0.4986F * p[2],
                    -0.9689F * p[0] + 1.8758F * p[1] + 0.0415F * p[2],
                    0.0557F * p[0] - 0.2040F * p[1] + 1.0570F * p[2]);
-    }
     for (int c = 0; c < 3; ++c) p[c] = colour[c] * scale;
   }
   return image;
@@ -208,10 +206,9 @@ Result<Image> read_picture(const MeasuredPicture& picture, const V2i& size, cons
 /// Takes `price` bytes for each pixel of a picture.
 void take_pixels(MemoryBudget& budget, const FlatSample& sample, std::uint64_t price) {
   const V2i& size = sample.size;
-  if (!budget.try_spend(std::uint64_t{1} * size.x * size.y, price)) {
+  if (!budget.try_spend(std::uint64_t{1} * size.x * size.y, price))
     throw Failure{memory_limit_error(
         sample.table, "", fmt::format("its pictures of {} x {} pixels", size.x, size.y), budget.limit())};
-  }
 }
 
 /// The period in pixels: from the options, or found in the pictures that are seen and lit most steeply,
@@ -235,20 +232,18 @@ V2d period_of(const FlatSample& sample, const ImportOptions& options) {
       pictures.push_back(luminance_of(value_or_throw(read_picture(*picture, sample.size, options))));
     for (const int axis : {0, 1}) {
       const auto found = find_period(pictures, axis);
-      if (!found) {
+      if (!found)
         value_or_throw<void>(fail(
             Code::image_mismatch, sample.table, {},
             fmt::format("the pictures show no period along {}: give it (--period)", axis == 0 ? "x" : "y")));
-      }
       period[axis] = *found;
     }
   }
   constexpr double rounding = 1.01;
   for (const int axis : {0, 1}) {
-    if (!(period[axis] >= 1 && period[axis] <= rounding * size[axis])) {
+    if (!(period[axis] >= 1 && period[axis] <= rounding * size[axis]))
       refuse_option("--period", fmt::format("{:.4g} pixels; a picture has {} along {}", period[axis],
                                             size[axis], axis == 0 ? "x" : "y"));
-    }
     period[axis] = std::min(period[axis], size[axis]);
   }
   return period;
@@ -391,18 +386,16 @@ std::string provenance_of(const ImportReport& report, const std::string& table) 
 MemoryBudget check_options(const ImportOptions& o, const FlatSample& sample) {
   MemoryBudget memory(o.max_memory);
   // All pictures, and those that the grids are interpolated from.
-  if (!memory.try_spend(sample.pictures.size(), std::uint64_t{24} * sample.texel_count())) {
+  if (!memory.try_spend(sample.pictures.size(), std::uint64_t{24} * sample.texel_count()))
     throw Failure{memory_limit_error(sample.table, "--texels",
                                      fmt::format("{} pictures of {} x {} texels", sample.pictures.size(),
                                                  sample.texels.x, sample.texels.y),
                                      o.max_memory)};
-  }
   const double pixels =
       sample.texel_count() * std::max(1.0 * o.views * o.lights, static_cast<double>(sample.pictures.size()));
-  if (pixels > static_cast<double>(ExrLimits{}.pixels_per_part)) {
+  if (pixels > static_cast<double>(ExrLimits{}.pixels_per_part))
     refuse_option("--texels",
                   fmt::format("texels x views x lights, or pictures, are {:.3g}: too many", pixels));
-  }
   return memory;
 }
 

@@ -23,17 +23,15 @@ Imath::Box3f bounds_of(const CellMesh& mesh) {
 
 Result<void> validate(const CellMesh& mesh, const std::string& name) {
   for (unsigned i = 0; i < 2; ++i) {
-    if (!(mesh.period[i] > 0) || !std::isfinite(mesh.period[i])) {
+    if (!(mesh.period[i] > 0) || !std::isfinite(mesh.period[i]))
       return fail(Code::mesh_invalid, name, i == 0 ? "period x" : "period y",
                   fmt::format("must be positive, is {}", mesh.period[i]));
-    }
   }
   if (mesh.triangles.empty()) return fail(Code::mesh_empty, name, "", "the mesh has no triangles");
   const auto infinite = std::ranges::find_if_not(mesh.positions, is_finite);
-  if (infinite != mesh.positions.end()) {
+  if (infinite != mesh.positions.end())
     return fail(Code::mesh_not_finite, name, fmt::format("vertex {}", infinite - mesh.positions.begin()),
                 "the position is NaN or infinite");
-  }
   const bool has_area = std::ranges::any_of(mesh.triangles, [&](const V3i& t) {
     const auto position = [&](int v) { return V3d(mesh.positions[v]); };
     return (position(t.y) - position(t.x)).cross(position(t.z) - position(t.x)).length2() > 0;

@@ -211,16 +211,14 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
   const std::string format = ending_of(path);
   if (const std::string_view kind = foreign_file_message(bytes); !kind.empty())
     return fail(Code::mesh_invalid, path, "", std::string(kind));
-  if (!is_known(format)) {
+  if (!is_known(format))
     return fail(Code::mesh_invalid, path, "",
                 fmt::format("files that end in \".{}\" are not read: .wif are drafts, .txt charts, .json "
                             "descriptions, .obj and .ply meshes",
                             format));
-  }
-  if (options.scale_to_mm && (!(*options.scale_to_mm > 0) || !std::isfinite(*options.scale_to_mm))) {
+  if (options.scale_to_mm && (!(*options.scale_to_mm > 0) || !std::isfinite(*options.scale_to_mm)))
     return fail(Code::option_out_of_range, path, "--unit",
                 fmt::format("must be positive, is {}", *options.scale_to_mm));
-  }
   for (int c = 0; c < 3; ++c) {
     if (!(options.albedo[c] >= 0 && options.albedo[c] <= 1))
       return fail(Code::option_out_of_range, path, "--albedo",
@@ -233,10 +231,9 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
   const MeshChoices choices =
       guess_mesh_choices(file, bytes, options.period, options.scale_to_mm, options.up_axis);
   if (chosen != nullptr) *chosen = choices;
-  if (!options.period && !triangles.empty() && !(choices.period.x > 0 && choices.period.y > 0)) {
+  if (!options.period && !triangles.empty() && !(choices.period.x > 0 && choices.period.y > 0))
     return fail(Code::mesh_invalid, path, "",
                 "the mesh has no extent to guess its period from: give --period WxH in mm");
-  }
 
   CellMesh mesh;
   mesh.period = choices.period;
@@ -258,11 +255,10 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
   if (mesh.normals.empty()) mesh.normals = normals_of(mesh.positions, mesh.triangles);
   if (const std::vector<V3f>& colours = file.face_colours.values; !colours.empty()) {
     std::vector<std::optional<V3f>> albedo;
-    for (const std::size_t face : face_of) {
+    for (const std::size_t face : face_of)
       albedo.push_back(colours[face].x >= 0 ? std::optional(albedo_of(
                                                   colours[face], file.face_colours.is_srgb, options.albedo))
                                             : std::nullopt);
-    }
     paint_triangles(mesh, albedo);
   }
   value_or_throw(validate(mesh, path));

@@ -24,10 +24,9 @@ std::vector<std::size_t> corners_of(const std::vector<ChainPoint>& points, doubl
     for (std::size_t next = to + 1; next < points.size(); ++next) {
       if ((points[next].position - points[from].position).length() > max_length) break;
       bool near = true;
-      for (std::size_t i = from + 1; i < next && near; ++i) {
+      for (std::size_t i = from + 1; i < next && near; ++i)
         near = chord_distance(points[i].position, points[from].position, points[next].position) <= max_sag &&
                squeeze_change(points[from], points[i]) <= max_squeeze;
-      }
       if (!near) break;
       to = next;
     }

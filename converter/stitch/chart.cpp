@@ -61,10 +61,9 @@ bool is_header(const std::string& line) {
 
 double length_in(const Line& line) {
   const auto numbers = parse_numbers(line.value, ',', 1, 1);
-  if (!numbers || !(numbers->front() >= min_stitch_mm && numbers->front() <= max_stitch_mm)) {
+  if (!numbers || !(numbers->front() >= min_stitch_mm && numbers->front() <= max_stitch_mm))
     refuse_line(line.number, fmt::format("{} must be a number from {} to {}, is \"{}\"", line.key,
                                          min_stitch_mm, max_stitch_mm, line.value));
-  }
   return numbers->front();
 }
 
@@ -199,12 +198,11 @@ class ChartReader {
     std::stringstream words(line.value);
     for (std::string word; words >> word;) {
       const std::size_t before = settings.size();
-      if (!parse_setting(word, settings)) {
+      if (!parse_setting(word, settings))
         refuse_line(
             line.number,
             fmt::format("\"{}\" is not of the form albedo=#aa3322, radius_mm=0.6 or yarn=wool (there are {})",
                         word, yarn_kind_names()));
-      }
       if (settings.size() == before)
         refuse_line(line.number, fmt::format("\"{}\" sets a parameter a second time", word));
     }
@@ -267,11 +265,10 @@ class ChartReader {
     for (std::size_t k = 0; k < knit.yarns.size(); ++k) {
       double& radius = knit.yarns[k].radius_mm;
       if (radius == 0) radius = default_radius(knit, knit.yarns[k].fibre_kind);
-      if (radius > StitchLimits().radius_periods * shorter) {
+      if (radius > StitchLimits().radius_periods * shorter)
         refuse_line(yarn_lines_[k], fmt::format("radius_mm: {} is more than {} times the shorter side {} mm "
                                                 "of the chart",
                                                 radius, StitchLimits().radius_periods, shorter));
-      }
     }
     double crossings = 0;
     std::pair<double, int> tallest{0, 0};  // and its line
@@ -281,12 +278,11 @@ class ChartReader {
       if (height > tallest.first) tallest = {height, rows_[k].line};
     }
     const double room = max_crossing_fraction * static_cast<double>(rows_.size());
-    if (crossings > room) {
+    if (crossings > room)
       refuse_line(tallest.second,
                   fmt::format("stitches that move aside take {:.2f} rows of the chart, there is room for "
                               "{:.2f}: knit more rows between them",
                               crossings, room));
-    }
     for (std::size_t yarn = 0; yarn < names_.size(); ++yarn) remark_on_floats(yarn);
   }
 
@@ -385,10 +381,9 @@ double default_radius(const KnitChart& chart, int kind) {
 }
 
 Result<ChartText> read_chart(std::string_view text, const std::string& file) {
-  if (text.size() > max_chart_bytes) {
+  if (text.size() > max_chart_bytes)
     return fail(Code::file_too_large, file, "",
                 fmt::format("{} bytes, a chart has at most {}", text.size(), max_chart_bytes));
-  }
   return with_file_name(file, [&] { return ChartReader(file).read(text); });
 }
 

@@ -45,11 +45,10 @@ Result<ImplicitSurface> ImplicitSurface::build(const StitchPattern& pattern, dou
     for (const BezierSegment& segment : yarn.segments)
       estimate += 1 + polygon_length(segment) / (span_length_radii * yarn.radius_mm);
   }
-  if (estimate > max_curve_pieces) {
+  if (estimate > max_curve_pieces)
     return fail(Code::mesh_invalid, file, "/yarns",
                 fmt::format("the yarns are too long for their radius: about {:.0f} pieces, at most {:.0f}",
                             estimate, max_curve_pieces));
-  }
   ImplicitSurface surface;
   surface.period_ = pattern.period_mm;
   surface.reach_ = reach;

@@ -93,13 +93,12 @@ BuiltIn knit(const std::string& description, const ChartText& chart) {
                 slack_parameter()};
   append(parameters, blocking_parameters({drawn.wale_mm * static_cast<double>(drawn.rows.front().size()),
                                           drawn.course_mm * static_cast<double>(drawn.rows.size())}));
-  if (drawn.yarns.size() > 1) {
+  if (drawn.yarns.size() > 1)
     parameters.push_back({"float",
                           {1.0 * drawn.max_float},
                           0,
                           1024,
                           "stitches that a yarn may pass behind the cloth before it is caught; 0: any"});
-  }
   append(parameters, stitch_parameters(drawn.yarns.front().fibre_kind));
   const auto shorter = [wales = drawn.rows.front().size(), courses = drawn.rows.size()](double wale,
                                                                                         double course) {
@@ -546,10 +545,9 @@ FoundStitch described_in(const std::string& text, const std::string& path, const
   const auto clearance = value_or_throw(minimum_clearance(found.pattern, path));
   constexpr double much = 0.1;  // of a radius
   const double overlap = -clearance / min_half_thickness(found.pattern);
-  if (overlap > much) {
+  if (overlap > much)
     found.remarks.push_back(
         fmt::format("yarns overlap by {:.2f} of their radius: more than {} shows", overlap, much));
-  }
   lay_repeats(values, path, found);
   return found;
 }

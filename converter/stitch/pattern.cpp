@@ -32,14 +32,12 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
   };
   const double shorter = std::min(period_mm.x, period_mm.y);
   const double longer = std::max(period_mm.x, period_mm.y);
-  if (!(yarn.radius_mm >= limits.min_mm && yarn.radius_mm <= limits.max_mm)) {
+  if (!(yarn.radius_mm >= limits.min_mm && yarn.radius_mm <= limits.max_mm))
     return refuse("/radius_mm", fmt::format("radius must lie in {} to {} mm, is {}", limits.min_mm,
                                             limits.max_mm, yarn.radius_mm));
-  }
-  if (yarn.radius_mm > limits.radius_periods * shorter) {
+  if (yarn.radius_mm > limits.radius_periods * shorter)
     return refuse("/radius_mm", fmt::format("radius {} mm is more than {} times the shorter period {} mm",
                                             yarn.radius_mm, limits.radius_periods, shorter));
-  }
   for (const auto& [name, value, min] :
        {std::tuple("albedo/0", yarn.albedo.x, 0.0F), std::tuple("albedo/1", yarn.albedo.y, 0.0F),
         std::tuple("albedo/2", yarn.albedo.z, 0.0F), std::tuple("gloss", yarn.gloss.weight, 0.0F),
@@ -47,10 +45,9 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
         std::tuple("flattening", static_cast<float>(yarn.flattening), min_flattening)})
     if (!(value >= min && value <= 1))
       return refuse(fmt::format("/{}", name), fmt::format("must lie in [{}, 1], is {}", min, value));
-  if (!(std::abs(yarn.twist_per_mm) * yarn.radius_mm <= max_twist)) {
+  if (!(std::abs(yarn.twist_per_mm) * yarn.radius_mm <= max_twist))
     return refuse("/twist_per_mm", fmt::format("{} turns per mm are more than {} per radius of {} mm",
                                                yarn.twist_per_mm, max_twist, yarn.radius_mm));
-  }
   if (yarn.fibre_kind < 0 || yarn.fibre_kind >= static_cast<int>(yarn_kinds().size()))
     return refuse("/fibre", fmt::format("there is no fibre {}", yarn.fibre_kind));
   for (const YarnMember& m : yarn_members()) {
@@ -59,11 +56,10 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
     return refuse(fmt::format("/{}", m.name),
                   fmt::format("{} must lie in [{}, {}], is {}", m.name, m.min, m.max, value));
   }
-  if (yarn.hairiness > 0 && !(yarn.hair_mm > 0 && max_hair_length_ratio * yarn.hair_mm <= shorter)) {
+  if (yarn.hairiness > 0 && !(yarn.hair_mm > 0 && max_hair_length_ratio * yarn.hair_mm <= shorter))
     return refuse("/hair_mm", fmt::format("hairs of {} mm on average, the longest {} times as long, must be "
                                           "longer than 0 and no longer than the shorter period {} mm",
                                           yarn.hair_mm, max_hair_length_ratio, shorter));
-  }
   if (yarn.segments.empty()) return refuse("/segments", "the yarn has no segments");
   for (std::size_t s = 0; s < yarn.squeezes.size(); ++s) {
     if (!(yarn.squeezes[s].length2() <= 1 - double{min_flattening}))
@@ -78,28 +74,25 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
         return refuse(fmt::format("/segments/{}/{}", s, p), "the control point is not finite");
       const double reach = std::max(
           {std::abs(point.x) / period_mm.x, std::abs(point.y) / period_mm.y, std::abs(point.z) / longer});
-      if (reach > limits.reach_periods) {
+      if (reach > limits.reach_periods)
         return refuse(
             fmt::format("/segments/{}/{}", s, p),
             fmt::format("the control point is more than {} periods from the origin", limits.reach_periods));
-      }
     }
     if (s == 0) continue;
     const double gap = (yarn.segments[s][0] - yarn.segments[s - 1][3]).length();
-    if (gap > tolerance) {
+    if (gap > tolerance)
       return refuse(fmt::format("/segments/{}", s),
                     fmt::format("starts {:.6g} mm from the end of the segment before", gap));
-    }
   }
   const V2d turns = turns_unrounded(yarn, period_mm);
   const double gap =
       V3d((turns.x - std::round(turns.x)) * period_mm.x, (turns.y - std::round(turns.y)) * period_mm.y,
           yarn.segments.back()[3].z - yarn.segments.front()[0].z)
           .length();
-  if (gap > tolerance) {
+  if (gap > tolerance)
     return refuse(fmt::format("/segments/{}", yarn.segments.size() - 1),
                   fmt::format("ends {:.6g} mm from where the chain starts again, whole periods aside", gap));
-  }
   return {};
 }
 
@@ -107,21 +100,19 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
 
 Result<void> validate(const StitchPattern& pattern, const std::string& file, const StitchLimits& limits) {
   for (unsigned i = 0; i < 2; ++i) {
-    if (!(pattern.period_mm[i] >= limits.min_mm && pattern.period_mm[i] <= limits.max_mm)) {
+    if (!(pattern.period_mm[i] >= limits.min_mm && pattern.period_mm[i] <= limits.max_mm))
       return fail(Code::stitch_invalid, file, fmt::format("/period_mm/{}", i),
                   fmt::format("the period must lie in {} to {} mm, is {}", limits.min_mm, limits.max_mm,
                               pattern.period_mm[i]));
-    }
   }
   if (pattern.yarns.empty()) return fail(Code::stitch_invalid, file, "/yarns", "the pattern has no yarn");
   std::size_t segments = 0;
   for (std::size_t y = 0; y < pattern.yarns.size(); ++y) {
     const std::string place = fmt::format("/yarns/{}", y);
     segments += pattern.yarns[y].segments.size();
-    if (segments > static_cast<std::size_t>(limits.segments)) {
+    if (segments > static_cast<std::size_t>(limits.segments))
       return fail(Code::stitch_invalid, file, place + "/segments",
                   fmt::format("more than {} segments in the pattern", limits.segments));
-    }
     if (auto sound = validate_yarn(pattern.yarns[y], pattern.period_mm, file, place, limits); !sound)
       return sound;
   }

@@ -103,11 +103,10 @@ Yarn yarn_of(const Json& json, const std::string& place) {
 }
 
 StitchPattern pattern_of(const Json& json) {
-  if (!json.is_object() || !json.contains(version_key)) {
+  if (!json.is_object() || !json.contains(version_key))
     refuse_text(
         fmt::format("/{}", version_key),
         "is missing: the JSON is of another program; write a chart as text (.txt), or export a draft as WIF");
-  }
   const Json& stated = json[version_key];
   if (!stated.is_number_integer() || stated != version)
     refuse_text(fmt::format("/{}", version_key), fmt::format("must be {}, is {}", version, stated.dump()));
@@ -130,10 +129,9 @@ StitchPattern pattern_of(const Json& json) {
 }  // namespace
 
 Result<StitchPattern> read_stitch(std::string_view text, const std::string& file) {
-  if (text.size() > max_stitch_bytes) {
+  if (text.size() > max_stitch_bytes)
     return fail(Code::file_too_large, file, "",
                 fmt::format("{} bytes, a stitch description has at most {}", text.size(), max_stitch_bytes));
-  }
   try {
     return with_file_name(file, [&] {
       StitchPattern pattern = pattern_of(Json::parse(text));

@@ -21,10 +21,9 @@ std::string chart_of_picture(const std::string& bytes, const std::string& file) 
   const auto refuse = [&](std::string why) {
     throw Failure{{Code::stitch_invalid, file, "", std::move(why)}};
   };
-  if (std::max(size.x, size.y) > max_picture_side) {
+  if (std::max(size.x, size.y) > max_picture_side)
     refuse(fmt::format("{} x {} pixels, a chart has at most {} x {}, one for a stitch: make it smaller",
                        size.x, size.y, max_picture_side, max_picture_side));
-  }
   const Image image = value_or_throw(decode_image(data, file, Transfer::keep));
   std::map<std::uint32_t, int> counts;
   std::vector<std::uint32_t> colours;
@@ -37,10 +36,9 @@ std::string chart_of_picture(const std::string& bytes, const std::string& file) 
     clear += image.pixels[i + 3] < 1 ? 1 : 0;
   }
   if (clear > 0) refuse(fmt::format("{} pixels are not opaque: fill them with a colour", clear));
-  if (counts.size() > max_picture_colours) {
+  if (counts.size() > max_picture_colours)
     refuse(fmt::format("{} colours, at most {} can be yarns: reduce it to so few, without dithering",
                        counts.size(), max_picture_colours));
-  }
   std::vector<std::pair<int, std::uint32_t>> yarns;
   for (const auto& [colour, count] : counts) yarns.emplace_back(-count, colour);
   std::ranges::sort(yarns);

@@ -265,10 +265,9 @@ struct WifColours {
       }
     }
     V3f colour;
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i)
       colour[i] = static_cast<float>(coded[i] <= 0.04045 ? coded[i] / 12.92
                                                          : std::pow((coded[i] + 0.055) / 1.055, 2.4));
-    }
     return colour;
   }
 };
@@ -378,12 +377,11 @@ WifSystem system_of(const WifSections& draft, const std::string& section, const 
   const auto thicknesses = draft.values(section + " THICKNESS", threads, thickness, length);
   constexpr double wide_mm = 20;
   const double widest = *std::ranges::max_element(system.width_mm);
-  if (widest >= wide_mm) {
+  if (widest >= wide_mm)
     remarks.insert(
         fmt::format("{} spacing of {:.4g} mm: Spacing is a length; for ends an inch or a centimetre "
                     "write 1 divided by them",
                     lower_case(section), widest));
-  }
   const auto albedos =
       draft.values(section + " COLORS", threads, section_default("COLOR", colour).value_or(albedo), colour);
   for (int k = 0; k < threads; ++k) {
@@ -559,10 +557,9 @@ WifDraft draft_of(std::string_view text, nlohmann::ordered_json& cells) {
   WifSystem weft = system_of(draft, "WEFT", {0.09F, 0.17F, 0.38F}, colours, remarks);
   cells["ends"] = warp.yarns.size();
   cells["picks"] = weft.yarns.size();
-  if (warp.yarns.size() * weft.yarns.size() > max_wif_drawdown) {
+  if (warp.yarns.size() * weft.yarns.size() > max_wif_drawdown)
     refuse_text("[WEFT] Threads", fmt::format("{} x {} yarns are more than {} crossings", warp.yarns.size(),
                                               weft.yarns.size(), max_wif_drawdown));
-  }
   WifDraft result;
   result.title = draft.find("TEXT", "TITLE").value_or("");
   result.warp_threads = static_cast<int>(warp.yarns.size());
@@ -581,10 +578,9 @@ WifDraft draft_of(std::string_view text, nlohmann::ordered_json& cells) {
       warp.yarns.size() % across + weft.yarns.size() % up > 0 ? ", the incomplete repeat at the end left out"
                                                               : ""));
   result.remarks.insert(result.remarks.end(), remarks.begin(), remarks.end());
-  if (across * up > max_wif_crossings) {
+  if (across * up > max_wif_crossings)
     refuse_text("", fmt::format("its smallest repeat has {} x {} yarns; at most {} crossings are made",
                                 across, up, max_wif_crossings));
-  }
   return result;
 }
 
@@ -602,10 +598,9 @@ bool is_wif(std::string_view text) {
 }
 
 Result<WifDraft> read_wif(std::string_view text, const std::string& file, nlohmann::ordered_json* cells) {
-  if (text.size() > max_wif_bytes) {
+  if (text.size() > max_wif_bytes)
     return fail(Code::file_too_large, file, "",
                 fmt::format("{} bytes, a weaving draft has at most {}", text.size(), max_wif_bytes));
-  }
   nlohmann::ordered_json own;
   return with_file_name(file, [&] { return draft_of(text, cells != nullptr ? *cells : own); });
 }

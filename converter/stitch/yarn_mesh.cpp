@@ -90,10 +90,9 @@ YarnHairs hairs_for(const StitchPattern& pattern, std::size_t index, int room) {
   const Yarn& yarn = pattern.yarns[index];
   YarnHairs hairs;
   const double expected = expected_hairs(yarn);
-  if (expected >= room) {
+  if (expected >= room)
     throw Failure{{Code::mesh_invalid, pattern.name, fmt::format("/yarns/{}/hairiness", index),
                    fmt::format("the repeat would have more than {} hairs", max_hairs)}};
-  }
   const YarnKind fibre = fibre_or_default(yarn.fibre_kind);
   hairs.count =
       static_cast<int>(expected + Random(hash64(pattern.seed ^ hash64(stream_hairs)), index).uniform());
@@ -290,15 +289,13 @@ Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cubes_across, do
   const auto refuse = [&](std::string why) {
     return fail(Code::option_out_of_range, pattern.name, "--grid", std::move(why));
   };
-  if ((x + 1) * (y + 1) * (z + 1) >= max_grid_points) {
+  if ((x + 1) * (y + 1) * (z + 1) >= max_grid_points)
     return refuse(fmt::format("{} make a grid of {:.0f} points, at most {:.0f}", cubes_across,
                               (x + 1) * (y + 1) * (z + 1), max_grid_points));
-  }
   const double thinnest = min_half_thickness(pattern);
-  if (step > thinnest) {
+  if (step > thinnest)
     return refuse(fmt::format("{} are too few for a yarn of radius {} mm, at least {:.0f}", cubes_across,
                               thinnest, std::ceil(longer / thinnest)));
-  }
   MarchingGrid grid;
   grid.period = pattern.period_mm;
   grid.cells = {static_cast<int>(x), static_cast<int>(y), static_cast<int>(z)};
@@ -312,19 +309,17 @@ Result<MarchedSurface> marched(const StitchPattern& pattern, const MeshOptions& 
                                std::optional<ImplicitSurface>& surface) {
   const int cubes_across =
       options.cubes_across ? *options.cubes_across : cells_across_for(pattern, options.repeats);
-  if (cubes_across < min_across || cubes_across > max_across) {
+  if (cubes_across < min_across || cubes_across > max_across)
     return fail(Code::option_out_of_range, pattern.name, "--grid",
                 fmt::format("must lie in {} to {}, are {}", min_across, max_across, cubes_across));
-  }
   // The search along an edge needs exact values up to the length of an edge.
   const double reach = std::max(pattern.period_mm.x, pattern.period_mm.y) / cubes_across * 2;
   surface = value_or_throw(ImplicitSurface::build(pattern, reach, pattern.name));
   const auto grid = value_or_throw(grid_for(pattern, cubes_across, surface->z_low(), surface->z_high()));
   const double points = 1.0 * grid.cells.x * grid.cells.y * grid.cells.z;
-  if (points * surface->pieces_per_point() > max_grid_distances) {
+  if (points * surface->pieces_per_point() > max_grid_distances)
     return fail(Code::mesh_invalid, pattern.name, "/yarns",
                 "the yarns are too many and too close to each other for the grid");
-  }
   MarchedSurface marched = marching_cubes(grid, [&](const V3d& p) { return surface->distance(p); });
   if (marched.triangles.empty())
     return fail(Code::mesh_empty, pattern.name, "", "the yarns enclose no grid point");

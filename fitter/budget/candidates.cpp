@@ -364,25 +364,22 @@ void LayerFitter::add_products(const std::vector<SampleLevel>& pooled, const Pai
   scale_light(basis, brightness(basis.size() - 1, basis.back(), mean, directions));
   for (std::size_t k = 0; k < levels_.size(); ++k) {
     add_quantised(k, basis[k], bytes_of(levels_[k].dark, LayerKind::opacity));
-    for (LevelCandidate& candidate : levels_[k].candidates) {
+    for (LevelCandidate& candidate : levels_[k].candidates)
       candidate.error = mean_squared_error(
           truths[k], [&](std::size_t pair) { return shown(k, candidate.basis, pairs.pairs[pair]); });
-    }
   }
 }
 
 Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader& header,
                                         const PairSamples& validation, const FitOptions& options,
                                         const Progress& progress, PairSamples measured, double room) {
-  if (header.lights.count() > max_lights) {
+  if (header.lights.count() > max_lights)
     return fail(Code::option_out_of_range, {}, "budget",
                 fmt::format("{} lights; layers are chosen for at most {}, and --quality paper has no limit",
                             header.lights.count(), max_lights));
-  }
-  if (validation.pairs.empty()) {
+  if (validation.pairs.empty())
     return fail(Code::samples_malformed, {}, "validation",
                 "there are no pairs to choose layers by; --quality paper needs none");
-  }
   LayerFitter fitter;
   const auto ok = catch_failure([&] {
     PairSamples pairs = validation;

@@ -124,10 +124,9 @@ BasisFit quantise(const BasisFit& basis, const Quantisation& options) {
   };
   std::vector<int> numbers(texels * count);
   for (std::size_t t = 0; t < texels; ++t) {
-    for (std::size_t m = 0; m < count; ++m) {
+    for (std::size_t m = 0; m < count; ++m)
       numbers[t * count + m] =
           static_cast<int>(std::lround(std::clamp(steps_of(t, m), -max_steps, max_steps)));
-    }
   }
   for (int pass = 0; pass < passes; ++pass) {
     const Costs costs(numbers, count, options.row_texels, options.bit_cost);

@@ -26,12 +26,11 @@ double lobe_peak(const float* lobe) {
 
 double largest_of(const Fabric& fabric) {
   double largest = 0;
-  for (const FabricLevel& level : fabric.levels) {
+  for (const FabricLevel& level : fabric.levels)
     for_all(
         level.lobes(), level.lobe_count(),
         [&](float rho) { largest = std::max(largest, static_cast<double>(rho)); },
         [&](const float* lobe) { largest = std::max(largest, lobe_peak(lobe)); });
-  }
   return largest;
 }
 
@@ -39,14 +38,13 @@ double largest_of(const Fabric& fabric) {
 void divide(Fabric& fabric, double scale) {
   const auto inverse = static_cast<float>(1 / scale);
   for (FabricLevel& level : fabric.levels) {
-    if (level.has(LayerKind::lobes)) {
+    if (level.has(LayerKind::lobes))
       for_all(
           level.lobes(), level.lobe_count(), [&](float& rho) { rho *= inverse; },
           [&](float* lobe) {
             const double factor = std::pow(scale, -1 / static_cast<double>(lobe[3]));
             for (int k = 0; k < 3; ++k) lobe[k] = static_cast<float>(static_cast<double>(lobe[k]) * factor);
           });
-    }
     // In levels with lobes, products are a factor on them.
     if (level.has(LayerKind::lobes)) continue;
     for (float& c : level.coefficients()) c *= inverse;

@@ -146,10 +146,9 @@ class FabricCheck {
       if (material["extensions"].contains(other))
         wrong(fmt::format("{}/extensions/{}", place, other), "does not go with a fabric");
     const Json& set = member(member(material["extensions"][fabric_extension], fabric), tex_coord);
-    if (!set.is_null() && index_of(set) < 0) {
+    if (!set.is_null() && index_of(set) < 0)
       wrong(fmt::format("{}/extensions/{}/{}/{}", place, fabric_extension, fabric, tex_coord),
             "is not a UV set");
-    }
     const std::optional<FabricReference>& reference = scene_.materials[number].fabric;
     if (!reference) return;
     check_parts(material["extensions"][fabric_extension], number, place);
@@ -231,10 +230,9 @@ class FabricCheck {
     const Json& color = member(core, "baseColorTexture");
     if (color.is_null())
       warn(place + "/pbrMetallicRoughness", "no baseColorTexture: other viewers show one colour");
-    if (const double metal = number_or(member(core, "metallicFactor"), 1); metal != 0) {
+    if (const double metal = number_or(member(core, "metallicFactor"), 1); metal != 0)
       warn(place + "/pbrMetallicRoughness/metallicFactor",
            fmt::format("is {}: other viewers show metal", metal));
-    }
     for_each_texture(material, place, [&](const Json& info, const std::string& where) {
       // These two are drawn beside the fabric; they do not belong to the fallback.
       if (where == place + "/emissiveTexture" || where == place + "/occlusionTexture") return;
@@ -255,16 +253,14 @@ class FabricCheck {
   void check_layout(const Json& info, const std::string& place, const char* other,
                     const TextureMapping& wanted) {
     const auto [set, transform] = read_texture_mapping(info);
-    if (set != wanted.tex_coord) {
+    if (set != wanted.tex_coord)
       issues_.add(Code::gltf_transform, place,
                   fmt::format("is on UV set {}, {} on {}", set, other, wanted.tex_coord));
-    }
-    if (!close(transform, wanted.transform)) {
+    if (!close(transform, wanted.transform))
       issues_.add(Code::gltf_transform, place,
                   fmt::format("has a scale of {} x {}, {} one of {} x {}, or another offset or rotation",
                               transform.scale.x, transform.scale.y, other, wanted.transform.scale.x,
                               wanted.transform.scale.y));
-    }
   }
 
   void check_wrap(const Json& info, const std::string& place) {
@@ -294,10 +290,9 @@ class FabricCheck {
     const double cutoff = number_or(member(material, "alphaCutoff"), 0.5);
     const double wanted = masked ? number_or(own(material, mask_cutoff), 0.5) : 0.5;
     const bool any = !masked && own_base(material).is_object();
-    if (mode == "MASK" && !any && !close(cutoff, wanted)) {
+    if (mode == "MASK" && !any && !close(cutoff, wanted))
       warn(place + "/alphaCutoff",
            fmt::format("is {}: the fallback's holes are drawn for {}", cutoff, wanted));
-    }
   }
 
   const GltfDocument& document_;

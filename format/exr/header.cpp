@@ -129,10 +129,9 @@ Attributes read_attributes(HeaderReader& reader, std::size_t max_name_size, cons
       continue;
     }
     const auto& [type, value] = found->second;
-    if (type != standard.type || (standard.bytes >= 0 && std::ssize(value) != standard.bytes)) {
+    if (type != standard.type || (standard.bytes >= 0 && std::ssize(value) != standard.bytes))
       malformed(place,
                 fmt::format("attribute '{}' is of type {} with {} bytes", standard.name, type, value.size()));
-    }
   }
   return attributes;
 }

@@ -74,10 +74,9 @@ Range locate(const InputFile& source, const ExrPart& part, int part_index, std::
   if (packed == 0 || packed > unpacked || (!part.is_zipped && packed != unpacked))
     damaged(exr_place(part, chunk), fmt::format("has {} packed bytes for {} of pixels", packed, unpacked));
   const std::uint64_t floats = pixels * part.channels.size() * sizeof(float);
-  if (floats > limits.floats_per_byte * packed) {
+  if (floats > limits.floats_per_byte * packed)
     throw_exr_failure(Code::file_too_large, part.name,
                       fmt::format("{} bytes of pixels from {} bytes", floats, packed));
-  }
   chunk.packed_bytes = static_cast<std::uint32_t>(packed);
   chunk.offset = offset + head_bytes;
   return {offset, chunk.offset + packed};
@@ -152,10 +151,9 @@ ExrLayout read_exr_layout(const InputFile& source, const ExrLimits& limits) {
   std::vector<Range> ranges;
   for (std::size_t p = 0; p < tables.size(); ++p) {
     std::vector<ExrChunk>& chunks = layout.chunks.emplace_back(exr_chunks(layout.parts[p]));
-    for (std::size_t c = 0; c < chunks.size(); ++c) {
+    for (std::size_t c = 0; c < chunks.size(); ++c)
       ranges.push_back(
           locate(source, layout.parts[p], static_cast<int>(p), at, tables[p][c], limits, chunks[c]));
-    }
   }
   if (overlap(ranges)) damaged({}, "chunks share bytes of the file");
   return layout;

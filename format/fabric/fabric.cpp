@@ -208,11 +208,10 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
   if (auto ok = validate_grid("lights", fabric.lights, limits); !ok) return ok;
   const FabricLevel& base = fabric.levels.front();
   if (base.width < 1 || base.height < 1 || base.width > limits.texels_per_side ||
-      base.height > limits.texels_per_side) {
+      base.height > limits.texels_per_side)
     return broken(0, "size",
                   fmt::format("{}x{} texels; 1 to {} a side are allowed", base.width, base.height,
                               limits.texels_per_side));
-  }
   if (static_cast<int>(fabric.levels.size()) > level_count(base.width, base.height))
     return fail(Code::fabric_malformed, {}, "levels", "more levels than down to 1x1");
   const LayerShape shape = layer_shape_of(fabric);
@@ -239,10 +238,9 @@ Result<void> validate(const Fabric& fabric, const FabricLimits& limits) {
     if (other->levels.size() != fabric.levels.size() || other->texels() != fabric.texels())
       return fail(Code::fabric_malformed, {}, name_of(other->side), "its levels differ from the front's");
     const Fabric* const seen = other->side == Side::back_through ? fabric.find_side(Side::back) : &fabric;
-    if (seen == nullptr || (is_transmission(other->side) && other->views != seen->views)) {
+    if (seen == nullptr || (is_transmission(other->side) && other->views != seen->views))
       return fail(Code::fabric_malformed, {}, fmt::format("{}/views", name_of(other->side)),
                   "differ from the visible side's");
-    }
     if (auto ok = validate(*other, limits); !ok) return ok;
   }
   return validate_bases(fabric);

@@ -137,10 +137,9 @@ void check_values(const FabricLevel& level, int level_index, LayerKind kind, con
       add("frame", texel, "normal and tangent are not unit and perpendicular");
     }
   }
-  if (count > max_named) {
+  if (count > max_named)
     sink.add(Code::fabric_not_finite, fmt::format("{}/level {}", part_name(kind, shape.side), level_index),
              fmt::format("{} more values break the rules", count - max_named));
-  }
 }
 
 }  // namespace selvedge

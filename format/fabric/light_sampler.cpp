@@ -299,10 +299,9 @@ float LightSampler::pdf(const V3f& light) const {
   const V3d l = upper(unit);
   const V3d mirror(l.x, l.y, -l.z);
   double sum = 0;
-  for (const Part& part : parts_[unit.z < 0 ? below : above]) {
+  for (const Part& part : parts_[unit.z < 0 ? below : above])
     sum += part.fraction *
            std::visit([&](const auto& shape) { return shape.pdf(l) + shape.pdf(mirror); }, part.shape);
-  }
   return static_cast<float>(sum);
 }
 

@@ -36,11 +36,10 @@ void check_layer_part(const ExrReader& file, const FabricHeader& header, LayerKi
   const ExrPart& part = file.parts()[index];
   check_size(part, header, sink);
   if (!part.has_mipmaps) sink.add(Code::fabric_part, name, "is not tiled with mip levels");
-  if (!fits_exr_part(kind, header.shape)) {
+  if (!fits_exr_part(kind, header.shape))
     return sink.add(Code::fabric_channel, name,
                     fmt::format("{} channels are needed; a part has {} at most",
                                 channel_count(kind, header.shape), ExrLimits{}.channels));
-  }
   const std::vector<std::string> wanted = channel_names(kind, header.shape);
   const std::vector<int> indices = channel_indices(part, wanted);
   for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -58,10 +57,9 @@ std::uint64_t pixel_memory(const ExrPart& part, int level) {
 void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHeader& header, LayerKind kind,
                   int level_index, FabricLevel& level, IssueSink& sink) {
   const int entry = header.index_in_layer(kind, level_index);
-  if (header.layer(kind)->digests[entry] != digest_of(part, pixels)) {
+  if (header.layer(kind)->digests[entry] != digest_of(part, pixels))
     sink.add(Code::fabric_digest, fmt::format("{}/level {}", part.name, level_index),
              "the pixels do not match the stored digest");
-  }
   std::vector<const std::vector<float>*> planes;
   for (const int index : channel_indices(part, channel_names(kind, header.shape)))
     planes.push_back(&pixels.planes[index]);
@@ -104,10 +102,9 @@ std::optional<FabricReader> FabricReader::open(ExrReader file, const FabricLimit
   if (sink.has_error()) return std::nullopt;
   const auto& first = file.parts().front();
   const auto digest = first.attributes.find(names::attribute_digest);
-  if (digest == first.attributes.end() || digest->second != header_digest(*text, file.parts())) {
+  if (digest == first.attributes.end() || digest->second != header_digest(*text, file.parts()))
     sink.add(Code::fabric_digest, names::attribute_digest,
              "does not match the attributes, part and channel names");
-  }
   if (first.name == names::part_preview && !first.has_mipmaps)
     check_size(first, *header, sink);
   else

@@ -128,11 +128,10 @@ Result<FabricHeader> add_side(const Fabric& side, const YarnCounts& yarns, const
     bool stored = false;
     for (int k = 0; k < header.levels; ++k) stored = stored || is_stored(side, kind, k);
     if (!stored) continue;
-    if (!fits_exr_part(kind, shape)) {
+    if (!fits_exr_part(kind, shape))
       return fail(Code::fabric_malformed, {}, part_name(kind, side.side),
                   fmt::format("{} channels; a part has {} at most", channel_count(kind, shape),
                               ExrLimits{}.channels));
-    }
     layers.push_back({&side, kind, shape});
     parts.push_back(data_part(side, kind, shape, options));
     header.layer(kind) = entry_for(side, kind, shape, parts.back());

@@ -183,10 +183,9 @@ void GltfReader::apply_sparse(const Json& sparse, const AccessorShape& shape, co
   const Json& indices = member(sparse, "indices");
   const std::optional<std::size_t> count = whole_number(member(sparse, "count"));
   const int type = index_of(member(indices, "componentType"));
-  if (!count || *count > shape.count) {
+  if (!count || *count > shape.count)
     fail(Code::gltf_accessor, place + "/count",
          fmt::format("more replacements than the {} elements there are", shape.count));
-  }
   if (!is_index_type(type)) fail(Code::gltf_malformed, place + "/indices", "wrong componentType");
   const std::size_t size = shape.element_size();
   const auto targets =
@@ -230,10 +229,9 @@ std::vector<double> GltfReader::numbers(int accessor, const std::string& place) 
 std::vector<double> GltfReader::vector_numbers(int accessor, std::size_t components, std::size_t count,
                                                const std::string& place) {
   const AccessorShape shape = accessor_shape(accessor, place);
-  if (static_cast<std::size_t>(shape.components) != components || (count > 0 && shape.count != count)) {
+  if (static_cast<std::size_t>(shape.components) != components || (count > 0 && shape.count != count))
     fail(Code::gltf_malformed, place,
          fmt::format("{} elements of {} numbers do not belong here", shape.count, shape.components));
-  }
   std::vector<double> values = numbers(accessor, place);
   const auto bad = std::ranges::find_if(values, [](double x) { return !std::isfinite(x); });
   if (bad == values.end()) return values;

@@ -104,10 +104,9 @@ class GltfReader {
     constexpr std::size_t components = V::dimensions();
     const std::vector<double> values = vector_numbers(index_of(accessor), components, count, where);
     std::vector<V> vectors(values.size() / components);
-    for (std::size_t i = 0; i < values.size(); ++i) {
+    for (std::size_t i = 0; i < values.size(); ++i)
       vectors[i / components][static_cast<int>(i % components)] =
           static_cast<typename V::BaseType>(values[i]);
-    }
     return vectors;
   }
 

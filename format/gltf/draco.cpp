@@ -140,11 +140,10 @@ class Expander {
     const std::optional<DracoCounts> counts = draco_counts(bytes);
     if (!counts) reader_.fail(Code::file_damaged, place, "Draco: no mesh, or its header is damaged");
     const std::size_t limit = free_elements + elements_per_byte * bytes.size();
-    if (counts->faces > limit || counts->points > limit) {
+    if (counts->faces > limit || counts->points > limit)
       reader_.fail(Code::file_too_large, place,
                    fmt::format("Draco: {} faces and {} points of {} bytes", counts->faces, counts->points,
                                bytes.size()));
-    }
     Result<DracoMesh> mesh = DracoMesh::decode(bytes);
     if (!mesh) reader_.fail(Code::file_damaged, place, "Draco: " + mesh.error().message);
     if (mesh->points() == 0 || mesh->indices().empty())
@@ -168,11 +167,10 @@ class Expander {
   void expand_attribute(const DracoMesh& mesh, int view, const std::string& semantic, int id, int accessor,
                         const std::string& place) {
     AccessorShape shape = reader_.accessor_shape(accessor, place);
-    if (mesh.components(id) != shape.components) {
+    if (mesh.components(id) != shape.components)
       reader_.fail(
           Code::gltf_malformed, place,
           fmt::format("Draco attribute {} is missing, boolean, or has the wrong number of components", id));
-    }
     shape.count = mesh.points();
     Json json = document_.json["accessors"][accessor];
     const std::optional<Bytes> elements = take_values(mesh, id, semantic, shape, json);

@@ -44,10 +44,9 @@ int add(draco::Mesh& mesh, const DracoAttribute& attribute) {
                    types.at(shape.component_type - 5120), shape.normalized, static_cast<std::int64_t>(size),
                    0);
   const int id = mesh.AddAttribute(description, true, static_cast<std::uint32_t>(shape.count));
-  for (std::size_t i = 0; i < shape.count; ++i) {
+  for (std::size_t i = 0; i < shape.count; ++i)
     mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(static_cast<std::uint32_t>(i)),
                                           attribute.elements.data() + i * size);
-  }
   return id;
 }
 
@@ -101,10 +100,9 @@ std::optional<Bytes> encode_draco(const std::vector<DracoAttribute>& attributes,
   draco::Mesh mesh;
   mesh.set_num_points(static_cast<std::uint32_t>(attributes.front().shape.count));
   for (const DracoAttribute& attribute : attributes) add(mesh, attribute);
-  for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
+  for (std::size_t t = 0; t + 2 < triangles.size(); t += 3)
     mesh.AddFace({draco::PointIndex(triangles[t]), draco::PointIndex(triangles[t + 1]),
                   draco::PointIndex(triangles[t + 2])});
-  }
   if (!is_ordered) {
     mesh.DeduplicateAttributeValues();
     mesh.DeduplicatePointIds();

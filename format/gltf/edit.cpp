@@ -82,10 +82,9 @@ int append_index_accessor(GltfDocument& document, std::span<const std::uint32_t>
   // 65535 itself is glTF's primitive restart value.
   const bool is_short = std::ranges::all_of(indices, [](std::uint32_t index) { return index < 65535; });
   std::vector<std::uint16_t> shorter;
-  if (is_short) {
+  if (is_short)
     std::ranges::transform(indices, std::back_inserter(shorter),
                            [](std::uint32_t i) { return static_cast<std::uint16_t>(i); });
-  }
   const auto bytes = is_short ? bytes_of(std::span<const std::uint16_t>(shorter)) : bytes_of(indices);
   const int view = append_view(document, bytes, 34963);
   return append(document.json["accessors"], Json{{"bufferView", view},

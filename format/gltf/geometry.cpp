@@ -106,10 +106,9 @@ std::vector<std::uint32_t> read_triangles(GltfReader& reader, const Json& primit
     list = reader.indices(index_of(accessor), place + "/indices");
   }
   const auto bad = std::ranges::find_if(list, [&](std::uint32_t i) { return i >= vertices; });
-  if (bad != list.end()) {
+  if (bad != list.end())
     reader.fail(Code::gltf_accessor, place + "/indices",
                 fmt::format("index {} of {} vertices", *bad, vertices));
-  }
   if (mode == triangles) {
     list.resize(list.size() / 3 * 3);
     return list;

@@ -55,14 +55,12 @@ Parts split(std::string_view bytes, IssueSink& issues) {
   const std::size_t length = word(bytes, 8);
   if (word(bytes, 4) != 2)
     return refuse(Code::gltf_unsupported, "header", fmt::format("GLB version {}", word(bytes, 4)));
-  if (length > bytes.size() || length < shortest) {
+  if (length > bytes.size() || length < shortest)
     return refuse(Code::file_damaged, "header",
                   fmt::format("says {} bytes, the file has {}", length, bytes.size()));
-  }
-  if (length < bytes.size()) {
+  if (length < bytes.size())
     issues.add(Code::gltf_advice, "header",
                fmt::format("{} bytes behind the end of the GLB", bytes.size() - length));
-  }
   int number = 0;
   for (std::size_t at = header_bytes; at < length; ++number) {
     const std::string place = fmt::format("byte {}", at);
@@ -113,14 +111,12 @@ Json parse(std::string_view text, std::size_t begin, const GltfLimits& limits, M
   } catch (const JsonFault& fault) {
     if (fault.kind == JsonFault::Kind::repeated)
       return refuse(Code::gltf_malformed, fault.place, "duplicate member");
-    if (fault.kind == JsonFault::Kind::nesting) {
+    if (fault.kind == JsonFault::Kind::nesting)
       return refuse(Code::gltf_malformed, "",
                     fmt::format("JSON is nested deeper than {} levels", limits.nesting));
-    }
-    if (fault.kind == JsonFault::Kind::members) {
+    if (fault.kind == JsonFault::Kind::members)
       return refuse(Code::file_too_large, "",
                     fmt::format("a JSON object with more than {} members", limits.members));
-    }
     Error beyond =
         memory_limit_error("", "", fmt::format("more than {} values of JSON", room), limits.memory);
     return refuse(beyond.code, "", std::move(beyond.message));

@@ -37,10 +37,9 @@ Result<void> check_uvs(const GltfDocument& document, const std::set<PrimitiveInd
   for (const auto& [mesh, primitive] : places) {
     const Json& json = document.json["meshes"][mesh]["primitives"][primitive];
     const std::string semantic = fmt::format("TEXCOORD_{}", tex_coord);
-    if (member(member(json, "attributes"), semantic.c_str()).is_null()) {
+    if (member(member(json, "attributes"), semantic.c_str()).is_null())
       return fail(Code::garment_no_uvs, document.file,
                   fmt::format("/meshes/{}/primitives/{}/attributes", mesh, primitive), "no " + semantic);
-    }
   }
   return {};
 }

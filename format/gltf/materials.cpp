@@ -112,12 +112,11 @@ class Reader {
     const auto [set, transform] = read_texture_mapping(info);
     texture.tex_coord = set;
     texture.transform = transform;
-    if (const std::optional<TransformFault> fault = transform_range_fault(texture.transform)) {
+    if (const std::optional<TransformFault> fault = transform_range_fault(texture.transform))
       faults_->push_back({Code::gltf_malformed, document_.file,
                           fmt::format("{}{}/{}/extensions/{}/{}", place_, within, name,
                                       names::gltf::texture_transform, fault->member),
                           fault->reason});
-    }
     const int number = index_of(member(info, "index"));
     const Json& json = root_entry(document_, "textures", number);
     if (json.is_null()) {

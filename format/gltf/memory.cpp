@@ -62,11 +62,10 @@ Result<MemoryBudget> check_scene_memory(const Scene& scene, std::uint64_t limit)
     const std::uint64_t size = std::min(times * picture_pixel_count(file), std::uint64_t{1} << 40);
     pixels += size - std::min(size, bytes * max_pixels_per_encoded_byte);
   }
-  if (pixels > max_pixels_above_ratio) {
+  if (pixels > max_pixels_above_ratio)
     return fail(Code::file_too_large, scene.file, "",
                 fmt::format("its pictures have {} million pixels more than {} a byte", pixels / 1'000'000,
                             max_pixels_per_encoded_byte));
-  }
   std::uint64_t encoded = 0;
   for (const SceneImage& image : scene.images) encoded += image.bytes.size();
   // The renderer has its own, and decoding copies what is needed of one.

@@ -94,15 +94,13 @@ Stream stream_of(GltfReader& reader, const Json& view, const Json& extension, co
   const std::size_t present = buffers[buffer].size();
   const std::size_t offset = size("byteOffset");
   const std::size_t length = size("byteLength");
-  if (offset > present || length > present - offset) {
+  if (offset > present || length > present - offset)
     refuse(Code::gltf_accessor,
            fmt::format("bytes {} to {} of a buffer of {}", offset, offset + length, present));
-  }
   stream.bytes = std::span<const std::uint8_t>(buffers[buffer]).subspan(offset, length);
-  if (stream.size() > bytes_per_byte * length) {
+  if (stream.size() > bytes_per_byte * length)
     refuse(Code::file_damaged, fmt::format("meshopt: {} elements of {} bytes cannot be in {} bytes",
                                            stream.count, stream.stride, length));
-  }
   return stream;
 }
 
@@ -230,10 +228,9 @@ void expand_meshopt(GltfDocument& document) {
     const Stream stream = stream_of(reader, view, view["extensions"][name], place);
     if (!is_newer(stream) || !has_plain_bytes(document, view)) {
       if (stream.size() > budget) reader.fail(Code::file_too_large, place, "meshopt: too many bytes");
-      if (is_newer(stream)) {
+      if (is_newer(stream))
         reader.fail(Code::gltf_unsupported, place,
                     fmt::format("meshopt: version {} of the attribute codec", stream.bytes[0] & 0x0f));
-      }
       budget -= stream.size();
       decoded.resize((decoded.size() + 15) / 16 * 16);
       document.original_encoding.meshopt_views.emplace(BufferPosition(target, decoded.size()), view);

@@ -264,10 +264,9 @@ class SceneReader {
     for (int variant = 0; variant < static_cast<int>(scene_.variants.size()); ++variant)
       read->variant_materials.push_back(material_of_variant(json, variant, read->material));
     if (variant_ >= 0) read->material = read->variant_materials[variant_];
-    if (read->material >= static_cast<int>(scene_.materials.size())) {
+    if (read->material >= static_cast<int>(scene_.materials.size()))
       reader.fail(Code::gltf_accessor, place + "/material",
                   fmt::format("there is no material {}", read->material));
-    }
     const std::string name = string_of(member(mesh_json, "name"));
     read->name = fmt::format("{}/{}", name.empty() ? fmt::format("mesh {}", mesh) : name, index);
     read->mesh = mesh;

@@ -52,7 +52,7 @@ FabricFacts facts_of(const FabricHeader& header) {
 
 std::vector<FabricYarnCurve> curves_of(const YarnData& data) {
   std::vector<FabricYarnCurve> curves;
-  for (const YarnCurve& c : data.curves) {
+  for (const YarnCurve& c : data.curves)
     curves.push_back({c.nodes,
                       c.stations,
                       {c.repeat_offset.x, c.repeat_offset.y},
@@ -68,7 +68,6 @@ std::vector<FabricYarnCurve> curves_of(const YarnData& data) {
                       {c.plies.outward_gain.x, c.plies.outward_gain.y, c.plies.outward_gain.z},
                       c.plies.sides,
                       c.flattening});
-  }
   return curves;
 }
 

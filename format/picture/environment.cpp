@@ -211,12 +211,11 @@ Result<Environment> read_environment(const std::string& path, const EnvironmentO
   if (!MemoryBudget(memory).try_spend(2 * rows * rows, environment_bytes_per_pixel))
     return tl::unexpected<Error>(memory_limit_error(path, "", size, memory));
   Environment result = environment_of(*image, options);
-  if (result.width == 0) {
+  if (result.width == 0)
     return fail(Code::image_unreadable, path, "",
                 size +
                     ": environments are equirectangular, 2 : 1; convert other layouts to that first, "
                     "or fill a part of a panorama up");
-  }
   if (std::ranges::all_of(result.radiance, [](const V3f& c) { return c == V3f(0); }))
     result.remarks.emplace_back("is black all over");
   return result;

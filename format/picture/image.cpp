@@ -105,16 +105,14 @@ Image first_of(std::vector<Image> images) { return std::move(images.front()); }
 }  // namespace
 
 Result<void> check_image_shape(const Image& image, const std::string& name) {
-  if (image.width < 1 || image.height < 1 || image.channels < 1 || image.channels > 4) {
+  if (image.width < 1 || image.height < 1 || image.channels < 1 || image.channels > 4)
     return fail(
         Code::image_unwritable, name, "",
         fmt::format("cannot write {} x {} pixels of {} channels", image.width, image.height, image.channels));
-  }
-  if (image.pixels.size() != std::size_t{1} * image.width * image.height * image.channels) {
+  if (image.pixels.size() != std::size_t{1} * image.width * image.height * image.channels)
     return fail(Code::image_unwritable, name, "",
                 fmt::format("{} values for {} x {} pixels of {} channels", image.pixels.size(), image.width,
                             image.height, image.channels));
-  }
   return {};
 }
 

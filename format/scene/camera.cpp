@@ -146,11 +146,10 @@ Result<Camera> find_scene_camera(const Scene& scene, const std::string& wanted, 
     if (candidate.name == wanted || (found == nullptr && fmt::format("{}", i) == wanted)) found = &candidate;
     present += fmt::format("{}{} \"{}\"", i == 0 ? "" : ", ", i, candidate.name);
   }
-  if (found == nullptr) {
+  if (found == nullptr)
     return fail(
         Code::option_out_of_range, scene.file, "--camera",
         fmt::format("there is no \"{}\"; the scene has {}", wanted, present.empty() ? "none" : present));
-  }
   const M44d& m = found->world;
   Camera camera;
   camera.position = V3d(m[3][0], m[3][1], m[3][2]);

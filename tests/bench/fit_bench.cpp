@@ -99,11 +99,10 @@ int restarts(const std::string& samples, int texels, int count) {
       "{}: ours {:.1f} s, best of {} restarts for every texel and channel {:.1f} s, cost {:.4f} of it\n",
       samples, ours.seconds, count, best.seconds, ours.cost / best.cost);
   fmt::print("level   texels  held-out dB  of best  difference\n");
-  for (std::size_t k = 0; k < a.levels.size(); ++k) {
+  for (std::size_t k = 0; k < a.levels.size(); ++k)
     fmt::print("{:5}  {:>7}  {:11.2f}  {:7.2f}  {:+10.2f}\n", k,
                fmt::format("{}x{}", a.levels[k].width, a.levels[k].height), a.levels[k].psnr,
                b.levels[k].psnr, a.levels[k].psnr - b.levels[k].psnr);
-  }
   return 0;
 }
 

@@ -188,10 +188,9 @@ void compare(const YarnData& data, const std::vector<TracedPlace>& places) {
                              V3d(indirect_light(transfer[2], l))};
       for (int k = 0; k < 3; ++k) all.add(weight, light[0][k], light[1][k], light[2][k]);
     }
-    for (int n = 0; n < light_moment_count; ++n) {
+    for (int n = 0; n < light_moment_count; ++n)
       moments.add(weight, moment[n], place.light[0][2 * light_columns + n],
                   place.light[1][2 * light_columns + n]);
-    }
   }
   fmt::print("rel. L2 {:.3f}, mean {:.3f}, moments {:.2f}\n", std::sqrt(all.error / all.signal),
              all.light / all.truth, std::sqrt(moments.error / std::max(moments.signal, 1e-30)));

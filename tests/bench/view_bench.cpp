@@ -109,10 +109,9 @@ double decibels(const Frame& frame, const Image& middle) {
       const int pixel =
           (y + (frame.height - middle.height) / 2) * frame.width + x + (frame.width - middle.width) / 2;
       V3f apart(0);
-      for (int c = 0; c < 3; ++c) {
+      for (int c = 0; c < 3; ++c)
         apart[c] = displayed(shown.pixels[3 * pixel + c]) -
                    displayed(middle.pixels[middle.channels * (y * middle.width + x) + c]);
-      }
       // Files are rounded to whole numbers.
       if (frame.pixels[pixel].w == 0 && apart.length() < 1) continue;
       sum += static_cast<double>(apart.length2());
@@ -311,10 +310,9 @@ void write_swatch(const std::vector<std::string>& arguments) {
   const Frame fine =
       test::march(swatch_scene(period, shot), {&fabric, 1}, shot.camera, picture * finer, shot.lights);
   Frame frame{picture.x, picture.y, std::vector<V4f>(std::size_t{1} * picture.x * picture.y, V4f(0))};
-  for (int i = 0; i < fine.width * fine.height; ++i) {
+  for (int i = 0; i < fine.width * fine.height; ++i)
     frame.pixels[i / fine.width / finer * picture.x + i % fine.width / finer] +=
         fine.pixels[i] / static_cast<float>(finer * finer);
-  }
   need(write_png(arguments.at(5), over_grey(frame)));
 }
 

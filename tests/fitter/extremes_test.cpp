@@ -225,10 +225,9 @@ TEST_CASE("random and adversarial textures never give NaN or infinity") {
     });
     for (float& alpha : c.level.alpha)
       alpha = static_cast<float>(wild ? pick({0, 1e-45, 1e-30, 1e-6, 0.5, 1}) : random.uniform());
-    for (V3f& n : c.level.normal_sum) {
+    for (V3f& n : c.level.normal_sum)
       n = V3f(static_cast<float>(random.uniform() - 0.5), static_cast<float>(random.uniform() - 0.5),
               static_cast<float>(pick({0, 1e-6, 0.1, 1, -0.5})));
-    }
     FitOptions options;
     options.lobes = static_cast<int>(random.uniform() * 5);
     options.view_table = random.uniform() < 0.7;

@@ -41,12 +41,11 @@ TEST_CASE("colours of faces are kept: PLY of bytes and floats, OBJ with its mate
                                 "usemtl red one\nf 1 2 3\nusemtl green\nf 1 3 4\n",
                                 two_by_two, materials));
   // Without its material file, and with one elsewhere, an OBJ file is grey.
-  for (const char* name : {"none.mtl", "../colours.mtl"}) {
+  for (const char* name : {"none.mtl", "../colours.mtl"})
     CHECK(read_text("grey.obj",
                     std::string("mtllib ") + name + "\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl green\nf 1 2 3\n",
                     two_by_two, materials)
               .albedo[0] == V3f(0.5F));
-  }
 }
 
 TEST_CASE("a vertex whose faces have one colour stays one, and normals are means over the whole") {

@@ -23,17 +23,15 @@ std::string text_of(const std::string& format, const CellMesh& mesh, const V3d& 
   const auto vertices = static_cast<int>(mesh.positions.size());
   const std::size_t faces = mesh.triangles.size();
   std::string out;
-  if (format == "ply") {
+  if (format == "ply")
     out = fmt::format(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
         "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
         vertices, faces);
-  }
   for (int v = 0; v < vertices; ++v) out += (format == "obj" ? "v " : "") + at(v) + "\n";
-  for (const V3i& t : mesh.triangles) {
+  for (const V3i& t : mesh.triangles)
     out += format == "obj" ? fmt::format("f {} {} {}\n", t.x + 1, t.y + 1, t.z + 1)
                            : fmt::format("3 {} {} {}\n", t.x, t.y, t.z);
-  }
   return out;
 }
 

@@ -42,10 +42,9 @@ TEST_CASE("the distance to a bent yarn is the least over densely sampled copies"
   for (int sy = -3; sy <= 3; ++sy) {
     for (int sx = -2; sx <= 2; ++sx) {
       for (const BezierSegment& segment : pattern.yarns[0].segments) {
-        for (int k = 0; k < 200; ++k) {
+        for (int k = 0; k < 200; ++k)
           skeleton.push_back(point_at(segment, k / 200.0) +
                              V3d(sx * pattern.period_mm.x, sy * pattern.period_mm.y, 0));
-        }
       }
     }
   }

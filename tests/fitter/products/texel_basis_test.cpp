@@ -24,10 +24,9 @@ TEST_CASE("texels that are products of few functions are found again") {
       const auto b = static_cast<float>(random.uniform());
       for (const V3f& v : cell_directions(views)) {
         level.alpha.push_back(level.alpha.size() % 16 == 5 ? 0.0F : a);  // one view sees holes
-        for (const V3f& l : cell_directions(lights)) {
+        for (const V3f& l : cell_directions(lights))
           level.radiance.emplace_back(a * l.z * (1 + v.x) + b * v.z * (l.y + 1), a * l.z * (1 + v.x),
                                       b * v.z);
-        }
       }
     }
     levels.push_back(level);

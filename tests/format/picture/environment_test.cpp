@@ -206,12 +206,11 @@ void write_parts(const std::string& path, const std::vector<Part>& parts) {
       const std::size_t c = std::string("RGBrgb").find(last[0]) % 3;
       std::vector<float>& plane = planes.emplace_back();
       const bool is_shown = (part.name + "." + name).find(part.shown) != std::string::npos;
-      for (int i = 0; i < 128; ++i) {
+      for (int i = 0; i < 128; ++i)
         plane.push_back(std::string("RGBrgb").find(last[0]) != std::string::npos
                             ? (is_shown ? shown_at(i % 16, i / 16)[static_cast<int>(c)] : 0)
                         : last == "Y" ? 2
                                       : 7);
-      }
       if (c == 0 && part.factor != 1) plane[0] *= part.factor;
       halves.emplace_back(plane.begin(), plane.end());
       const std::size_t size = part.half ? sizeof(half) : sizeof(float);
