@@ -1,10 +1,8 @@
 #include "fitter/fit.h"
 
 #include <Imath/half.h>
-#include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <mutex>
 #include <utility>

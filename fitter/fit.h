@@ -6,7 +6,6 @@
 
 #include <array>
 #include <functional>
-#include <vector>
 
 #include "fitter/lobes/lobe_fit.h"
 #include "format/base/progress.h"

@@ -2,7 +2,6 @@
 // are seen once a view, shadows cast once a light, and what is seen is shaded for all lights.
 #pragma once
 
-#include <array>
 #include <memory>
 #include <span>
 #include <vector>

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <numeric>
 
@@ -14,7 +13,6 @@
 #include "fitter/budget/candidates.h"
 #include "format/base/guard.h"
 #include "format/base/mip.h"
-#include "format/fabric/file.h"
 #include "format/fabric/json_parts.h"
 
 namespace selvedge {

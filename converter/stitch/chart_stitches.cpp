@@ -1,7 +1,5 @@
 #include "converter/stitch/chart_stitches.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cstdint>

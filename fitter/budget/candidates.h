@@ -8,7 +8,6 @@
 // are not used.
 #pragma once
 
-#include <functional>
 #include <limits>
 #include <map>
 #include <vector>

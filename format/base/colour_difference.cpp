@@ -1,6 +1,5 @@
 #include "format/base/colour_difference.h"
 
-#include <array>
 #include <cmath>
 #include <numbers>
 

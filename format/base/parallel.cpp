@@ -3,7 +3,6 @@
 // The thread sanitizer does not see what TBB, which is not built with it, orders: every loop would be a race.
 #ifdef SELVEDGE_STD_THREADS
 
-#include <algorithm>
 #include <atomic>
 #include <thread>
 #include <utility>

@@ -8,7 +8,6 @@
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
 #include "tests/format/yarn_data.h"
-#include "tests/require.h"
 
 using namespace selvedge;
 using namespace selvedge::test;

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 
 #include "format/base/atomic_file.h"
 #include "tests/format/files.h"
