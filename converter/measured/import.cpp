@@ -34,14 +34,6 @@ namespace fs = std::filesystem;
 constexpr std::array<const char*, 8> columns{"file",   "light_x", "light_y", "light_z",
                                              "view_x", "view_y",  "view_z",  "exposure"};
 
-std::vector<std::string> fields_of(std::string line) {
-  std::erase(line, '\r');
-  std::vector<std::string> fields;
-  std::istringstream text(line + ",");
-  for (std::string field; std::getline(text, field, ',');) fields.push_back(trimmed(field));
-  return fields;
-}
-
 /// Where pictures are listed, for messages: a table and its line, or a file whose name has the angles.
 struct Listed {
   std::string file;
@@ -92,7 +84,8 @@ std::vector<MeasuredPicture> read_table(const std::string& path) {
   for (int number = 1; std::getline(lines, line); ++number) {
     if (line.find_first_not_of(" \t\r") == std::string::npos || line.front() == '#') continue;
     const Listed at{path, fmt::format("line {}", number)};
-    const auto fields = fields_of(line);
+    std::erase(line, '\r');
+    const auto fields = parts_of(line, ',');
     if (column.empty()) {
       for (const std::string& name : fields) {
         const auto found = std::ranges::find(columns, name);

@@ -30,17 +30,6 @@ std::string upper(std::string text) {
   return text;
 }
 
-/// Splits "1, 2,3" at commas and trims the parts; parts may be empty.
-std::vector<std::string> parts_of(const std::string& text) {
-  std::vector<std::string> parts;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    parts.push_back(trimmed(std::string_view(text).substr(begin, end - begin)));
-    begin = end + 1;
-  }
-  return parts;
-}
-
 std::optional<double> number_in(std::string_view text) {
   if (text.starts_with('+') || text.find_first_not_of("0123456789+-.eE") != std::string_view::npos)
     return std::nullopt;
@@ -218,7 +207,7 @@ class WifSections {
     for (const auto& [key, value] : all(section)) {
       if (value.empty() || value == "0") continue;  // also behind the last one, where some programs write it
       const int index = whole_in(key, place_of(section, key), 1, count);
-      for (const std::string& part : parts_of(value))
+      for (const std::string& part : parts_of(value, ','))
         sets[index - 1].set(whole_in(part, place_of(section, key), 0, max));
       sets[index - 1].reset(0);
     }
@@ -276,7 +265,7 @@ WifColours colours_of(const WifSections& draft, std::set<std::string>& remarks) 
   WifColours colours;
   V3d highest(0, 0, 0);
   for (const auto& [key, value] : draft.all("COLOR TABLE")) {
-    const auto parts = parts_of(value);
+    const auto parts = parts_of(value, ',');
     for (int i = 0; i < static_cast<int>(std::min<std::size_t>(parts.size(), 3)); ++i)
       highest[i] = std::max(highest[i], number_in(parts[i]).value_or(0));
   }
@@ -291,7 +280,7 @@ WifColours colours_of(const WifSections& draft, std::set<std::string>& remarks) 
   int high = all <= 255 ? 255 : all <= 999 ? 999 : 65535;
   if (range) {
     const std::string place = place_of("COLOR PALETTE", "RANGE");
-    const auto ends = parts_of(*range);
+    const auto ends = parts_of(*range, ',');
     if (ends.size() != 2) refuse_text(place, fmt::format("\"{}\" is not of the form 0,255", *range));
     colours.low = whole_in(ends[0], place, -1000000, 1000000);
     high = whole_in(ends[1], place, -1000000, 1000000);
@@ -308,7 +297,7 @@ WifColours colours_of(const WifSections& draft, std::set<std::string>& remarks) 
   for (const auto& [key, value] : draft.all("COLOR TABLE")) {
     const std::string place = place_of("COLOR TABLE", key);
     const int index = whole_in(key, place, 1, max_shafts);
-    const V3f colour = colours.colour(parts_of(value), value, place);
+    const V3f colour = colours.colour(parts_of(value, ','), value, place);
     if (colours.table.size() < static_cast<std::size_t>(index)) colours.table.resize(index);
     colours.table[index - 1] = colour;
   }
@@ -354,7 +343,7 @@ WifSystem system_of(const WifSections& draft, const std::string& section, const 
   };
   const auto colour = [&](const std::string& text, const std::string& place) -> std::optional<V3f> {
     // The number of a palette entry; some programs write its red, green and blue behind it.
-    const auto parts = parts_of(text);
+    const auto parts = parts_of(text, ',');
     const int index = whole_in(parts.front(), place, 0, max_shafts);
     if (index == 0) return albedo;
     if (index <= static_cast<int>(colours.table.size()) && colours.table[index - 1])

@@ -4,24 +4,30 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
-#include <sstream>
 
 namespace selvedge {
 
 std::optional<std::vector<double>> parse_numbers(const std::string& text, char separator,
                                                  std::size_t min_count, std::size_t max_count) {
   std::vector<double> numbers;
-  std::stringstream items(text);
-  std::string item;
-  while (std::getline(items, item, separator)) {
+  for (const std::string& item : parts_of(text, separator)) {
     char* end = nullptr;
     const double value = std::strtod(item.c_str(), &end);
     if (item.empty() || *end != '\0' || !std::isfinite(value)) return std::nullopt;
     numbers.push_back(value);
   }
-  const bool ends_in_separator = !text.empty() && text.back() == separator;
-  if (ends_in_separator || numbers.size() < min_count || numbers.size() > max_count) return std::nullopt;
+  if (numbers.size() < min_count || numbers.size() > max_count) return std::nullopt;
   return numbers;
+}
+
+std::vector<std::string> parts_of(std::string_view text, char separator) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(separator, begin), text.size());
+    parts.push_back(trimmed(text.substr(begin, end - begin)));
+    begin = end + 1;
+  }
+  return parts;
 }
 
 std::string trimmed(std::string_view text) {

@@ -12,6 +12,9 @@ namespace selvedge {
 std::optional<std::vector<double>> parse_numbers(const std::string& text, char separator,
                                                  std::size_t min_count, std::size_t max_count);
 
+/// Parts between the separators, trimmed: one at least, which may be empty.
+std::vector<std::string> parts_of(std::string_view text, char separator);
+
 /// Without spaces and tabs at both ends.
 std::string trimmed(std::string_view text);
 
