@@ -16,20 +16,6 @@
 #include "format/simd/wide.h"
 
 namespace selvedge {
-namespace {
-
-/// Cells on each side of the middle one that a ray crosses before it is shifted back. More cost memory, fewer
-/// cost restarts; one suffices for most rays in a cell that is thinner than wide.
-constexpr int block_reach = 1;
-/// Cells of more triangles have parts of others around them alone, this many
-/// thicknesses of the cell wide.
-constexpr std::size_t few_triangles = 100000;
-constexpr double thicknesses_around = 2;
-
-/// The scene's second geometry; the first one holds the triangles.
-constexpr unsigned hair_geometry = 1;
-
-}  // namespace
 
 struct RaySceneState {
   RaySceneState() = default;
@@ -50,6 +36,17 @@ struct RaySceneState {
 };
 
 namespace {
+
+/// Cells on each side of the middle one that a ray crosses before it is shifted back. More cost memory, fewer
+/// cost restarts; one suffices for most rays in a cell that is thinner than wide.
+constexpr int block_reach = 1;
+/// Cells of more triangles have parts of others around them alone, this many
+/// thicknesses of the cell wide.
+constexpr std::size_t few_triangles = 100000;
+constexpr double thicknesses_around = 2;
+
+/// The scene's second geometry; the first one holds the triangles.
+constexpr unsigned hair_geometry = 1;
 
 /// A point on the ribbon of a hair, `side` (-1 to 1) of the way to its edges, has the normal of a round hair
 /// that the ray meets there.

@@ -132,32 +132,6 @@ std::string cable_name(std::span<const ChartStitch> cable) {
   return fmt::format("{}/{}{}{}c", front, back, is_left ? 'l' : 'r', purls ? "p" : "");
 }
 
-}  // namespace
-
-void refuse_line(int line, std::string message) {
-  refuse_text(fmt::format("line {}", line), std::move(message));
-}
-
-std::optional<int> parse_count(std::string_view digits, int max) {
-  int count = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), count);
-  const bool sound = error == std::errc() && end == digits.data() + digits.size();
-  return sound && count >= 1 && count <= max ? std::optional(count) : std::nullopt;
-}
-
-std::optional<StitchItem> find_stitch_item(std::string_view name) {
-  static const std::map<std::string_view, std::string_view> others{
-      {"yfwd", "yo"},      {"yrn", "yo"},    {"yon", "yo"},       {"skp", "ssk"},       {"skpo", "ssk"},
-      {"k2togtbl", "ssk"}, {"m1", "m1l"},    {"p2togtbl", "ssp"}, {"k3togtbl", "sssk"}, {"s2kp", "cdd"},
-      {"s2kp2", "cdd"},    {"s2kpo", "cdd"}, {"sk2po", "sk2p"},   {"sl", "slwyib"},     {"sl1k", "slwyib"},
-      {"sl1p", "slwyib"},  {"lt", "1/1lc"},  {"rt", "1/1rc"}};
-  if (const auto other = others.find(name); other != others.end()) name = other->second;
-  const auto found = plain_items().find(name);
-  return found != plain_items().end() ? std::optional(found->second) : cable_named(name);
-}
-
-namespace {
-
 /// The same stitch, worked from the back, as seen from the face.
 StitchItem worked_from_back(const StitchItem& item) {
   StitchItem seen = item;
@@ -201,6 +175,28 @@ std::vector<ChartStitch> stitches_of(const std::vector<StitchItem>& items) {
 }
 
 }  // namespace
+
+void refuse_line(int line, std::string message) {
+  refuse_text(fmt::format("line {}", line), std::move(message));
+}
+
+std::optional<int> parse_count(std::string_view digits, int max) {
+  int count = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), count);
+  const bool sound = error == std::errc() && end == digits.data() + digits.size();
+  return sound && count >= 1 && count <= max ? std::optional(count) : std::nullopt;
+}
+
+std::optional<StitchItem> find_stitch_item(std::string_view name) {
+  static const std::map<std::string_view, std::string_view> others{
+      {"yfwd", "yo"},      {"yrn", "yo"},    {"yon", "yo"},       {"skp", "ssk"},       {"skpo", "ssk"},
+      {"k2togtbl", "ssk"}, {"m1", "m1l"},    {"p2togtbl", "ssp"}, {"k3togtbl", "sssk"}, {"s2kp", "cdd"},
+      {"s2kp2", "cdd"},    {"s2kpo", "cdd"}, {"sk2po", "sk2p"},   {"sl", "slwyib"},     {"sl1k", "slwyib"},
+      {"sl1p", "slwyib"},  {"lt", "1/1lc"},  {"rt", "1/1rc"}};
+  if (const auto other = others.find(name); other != others.end()) name = other->second;
+  const auto found = plain_items().find(name);
+  return found != plain_items().end() ? std::optional(found->second) : cable_named(name);
+}
 
 std::vector<NamedStitch> name_stitches(const std::vector<ChartStitch>& row) {
   std::vector<NamedStitch> names;

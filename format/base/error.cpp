@@ -81,7 +81,7 @@ Severity severity_of(Code code) { return code_table()[static_cast<std::size_t>(c
 
 std::string_view name_of(Severity severity) { return severity == Severity::error ? "error" : "warning"; }
 
-static bool is_error(const Error& issue) { return severity_of(issue.code) == Severity::error; }
+constexpr auto is_error = [](const Error& issue) { return severity_of(issue.code) == Severity::error; };
 
 bool has_error(const Issues& issues) { return std::ranges::any_of(issues, is_error); }
 

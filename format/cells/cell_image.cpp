@@ -254,65 +254,6 @@ void filter(const CellView& view, CellScratch& scratch, CellImage& image) {
   filter_planes(view, scale, scratch, image);
 }
 
-}  // namespace
-
-float height_step(const Yarns& yarns, float reference) {
-  const Yarns::Geometry inside = yarns.geometry();
-  return std::max({inside.max_z - reference, reference - inside.min_z, 1e-9F}) / 127;
-}
-
-CellSize cell_size(const V2f& pixel, float samples) {
-  CellSize size;
-  const auto set = [&](int axis) {
-    const float in_repeat = std::clamp(1 / std::max(pixel[axis], 1e-9F), 1e-3F, 1e6F);
-    const float wanted = std::clamp(samples * in_repeat, static_cast<float>(min_cell_texels),
-                                    static_cast<float>(max_cell_samples));
-    size.repeat_samples[axis] = static_cast<int>(std::lround(wanted / 4)) * 4;
-    size.pixel_samples[axis] =
-        std::clamp(static_cast<int>(std::lround(static_cast<float>(size.repeat_samples[axis]) / in_repeat)),
-                   1, size.repeat_samples[axis]);
-  };
-  set(0);
-  set(1);
-  const int finest = std::min(size.pixel_samples.x, size.pixel_samples.y);
-  size.stride = finest >= 4 && size.repeat_samples.x >= 2 * min_cell_texels &&
-                        size.repeat_samples.y >= 2 * min_cell_texels
-                    ? 2
-                    : 1;
-  return size;
-}
-
-void set_window(RepeatParts parts, float pixels_around, CellSize& size) {
-  CellSize window = size;
-  for (int axis = 0; axis < 2; ++axis) {
-    const auto bits = static_cast<std::uint32_t>(parts >> (parts_per_side * axis));
-    int unit = 0;
-    int units = parts_per_side;
-    for (int i = 0; i < parts_per_side; ++i) {
-      const int length = std::bit_width(std::rotr(bits, i));
-      if (length < units) std::tie(unit, units) = std::pair(i, length);
-    }
-    if (axis == 1) unit = (2 * parts_per_side - unit - units) % parts_per_side;  // rows rise against v
-    const int samples = size.repeat_samples[axis];
-    const float of_unit = static_cast<float>(samples) / parts_per_side;
-    const float around = pixels_around * static_cast<float>(size.pixel_samples[axis]);
-    const int low = static_cast<int>(std::floor((static_cast<float>(unit) * of_unit - around) /
-                                                static_cast<float>(size.stride))) *
-                    size.stride;
-    const int high = static_cast<int>(std::ceil(static_cast<float>(unit + units) * of_unit + around));
-    window.window_origin[axis] = low < 0 ? low + samples : low;
-    window.window_samples[axis] = std::max(high - low, min_cell_texels) + size.pixel_samples[axis];
-    if (window.window_samples[axis] >= samples || low < -samples) return;
-  }
-  size = window;
-}
-
-const YarnPieces& shown_pieces(const CellYarn& yarn, const CellView& view) {
-  return yarn.pieces(view.max_piece_pixels * pixel_width(yarn.yarns().period(), view.size));
-}
-
-namespace {
-
 /// CellImage::heights of what was seen.
 void fill_heights(const CellYarn& yarn, const YarnPieces& pieces, const DepthGrid& seen, const CellSize& size,
                   CellImage& image) {
@@ -516,6 +457,61 @@ void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, 
 }
 
 }  // namespace
+
+float height_step(const Yarns& yarns, float reference) {
+  const Yarns::Geometry inside = yarns.geometry();
+  return std::max({inside.max_z - reference, reference - inside.min_z, 1e-9F}) / 127;
+}
+
+CellSize cell_size(const V2f& pixel, float samples) {
+  CellSize size;
+  const auto set = [&](int axis) {
+    const float in_repeat = std::clamp(1 / std::max(pixel[axis], 1e-9F), 1e-3F, 1e6F);
+    const float wanted = std::clamp(samples * in_repeat, static_cast<float>(min_cell_texels),
+                                    static_cast<float>(max_cell_samples));
+    size.repeat_samples[axis] = static_cast<int>(std::lround(wanted / 4)) * 4;
+    size.pixel_samples[axis] =
+        std::clamp(static_cast<int>(std::lround(static_cast<float>(size.repeat_samples[axis]) / in_repeat)),
+                   1, size.repeat_samples[axis]);
+  };
+  set(0);
+  set(1);
+  const int finest = std::min(size.pixel_samples.x, size.pixel_samples.y);
+  size.stride = finest >= 4 && size.repeat_samples.x >= 2 * min_cell_texels &&
+                        size.repeat_samples.y >= 2 * min_cell_texels
+                    ? 2
+                    : 1;
+  return size;
+}
+
+void set_window(RepeatParts parts, float pixels_around, CellSize& size) {
+  CellSize window = size;
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto bits = static_cast<std::uint32_t>(parts >> (parts_per_side * axis));
+    int unit = 0;
+    int units = parts_per_side;
+    for (int i = 0; i < parts_per_side; ++i) {
+      const int length = std::bit_width(std::rotr(bits, i));
+      if (length < units) std::tie(unit, units) = std::pair(i, length);
+    }
+    if (axis == 1) unit = (2 * parts_per_side - unit - units) % parts_per_side;  // rows rise against v
+    const int samples = size.repeat_samples[axis];
+    const float of_unit = static_cast<float>(samples) / parts_per_side;
+    const float around = pixels_around * static_cast<float>(size.pixel_samples[axis]);
+    const int low = static_cast<int>(std::floor((static_cast<float>(unit) * of_unit - around) /
+                                                static_cast<float>(size.stride))) *
+                    size.stride;
+    const int high = static_cast<int>(std::ceil(static_cast<float>(unit + units) * of_unit + around));
+    window.window_origin[axis] = low < 0 ? low + samples : low;
+    window.window_samples[axis] = std::max(high - low, min_cell_texels) + size.pixel_samples[axis];
+    if (window.window_samples[axis] >= samples || low < -samples) return;
+  }
+  size = window;
+}
+
+const YarnPieces& shown_pieces(const CellYarn& yarn, const CellView& view) {
+  return yarn.pieces(view.max_piece_pixels * pixel_width(yarn.yarns().period(), view.size));
+}
 
 void make_yarn_samples(const CellSource& source, const CellView& view, CellScratch& scratch) {
   scratch.samples.assign(view.size.count() * view.plane_count, Group{});

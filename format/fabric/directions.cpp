@@ -11,6 +11,13 @@ namespace {
 
 using std::numbers::pi;
 
+V3f random_direction(Random& random, double z_min) {
+  const double z = z_min + (1 - z_min) * random.uniform();
+  const double phi = 2 * pi * random.uniform();
+  const double planar = std::sqrt(std::max(0.0, 1 - z * z));
+  return V3f(V3d(planar * std::cos(phi), planar * std::sin(phi), z));
+}
+
 }  // namespace
 
 DirectionGrid nearly_square_grid(int count) {
@@ -92,17 +99,6 @@ DirectionTaps interpolate(const DirectionGrid& grid, const V2d& square) {
   return {{r0 * grid.columns + c0, r0 * grid.columns + c1, r1 * grid.columns + c0, r1 * grid.columns + c1},
           {(1 - fc) * (1 - fr), fc * (1 - fr), (1 - fc) * fr, fc * fr}};
 }
-
-namespace {
-
-V3f random_direction(Random& random, double z_min) {
-  const double z = z_min + (1 - z_min) * random.uniform();
-  const double phi = 2 * pi * random.uniform();
-  const double planar = std::sqrt(std::max(0.0, 1 - z * z));
-  return V3f(V3d(planar * std::cos(phi), planar * std::sin(phi), z));
-}
-
-}  // namespace
 
 std::vector<DirectionPair> random_direction_pairs(int count, double z_min, std::uint64_t seed) {
   std::vector<DirectionPair> pairs;

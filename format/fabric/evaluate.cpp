@@ -17,29 +17,6 @@ V3f clamp_to_finite(V3f radiance) {
   return radiance;
 }
 
-}  // namespace
-
-ViewFactors view_factors(const FabricLevel& level, const DirectionTaps& views, int texel) {
-  ViewFactors result;
-  const std::span<const V3f> table = level.view_table();
-  const std::span<const float> opacity = level.opacity();
-  if (table.empty() && opacity.empty()) return result;
-  const auto count = static_cast<int>((table.empty() ? opacity.size() : table.size()) / level.texels());
-  V3f colour(0, 0, 0);
-  float alpha = 0;
-  for (std::size_t tap = 0; tap < 4; ++tap) {
-    const std::size_t entry = index_of(texel, views.cell[tap], count);
-    const float weight = views.weight[tap] * (opacity.empty() ? 1.0F : opacity[entry]);
-    alpha += weight;
-    if (!table.empty()) colour += weight * table[entry];
-  }
-  if (!opacity.empty()) result.alpha = std::min(alpha, 1.0F);
-  if (!table.empty()) result.colour = alpha > 0 ? clamp_to_finite(colour / alpha) : V3f(0, 0, 0);
-  return result;
-}
-
-namespace {
-
 V3f lobe_radiance(const FabricLevel& level, int texel, const V3f& light, const V3f& view) {
   V3f l = light;
   V3f v = view;
@@ -110,6 +87,25 @@ V3f table_radiance(const FabricLevel& level, const FabricInfo& info, std::size_t
 }
 
 }  // namespace
+
+ViewFactors view_factors(const FabricLevel& level, const DirectionTaps& views, int texel) {
+  ViewFactors result;
+  const std::span<const V3f> table = level.view_table();
+  const std::span<const float> opacity = level.opacity();
+  if (table.empty() && opacity.empty()) return result;
+  const auto count = static_cast<int>((table.empty() ? opacity.size() : table.size()) / level.texels());
+  V3f colour(0, 0, 0);
+  float alpha = 0;
+  for (std::size_t tap = 0; tap < 4; ++tap) {
+    const std::size_t entry = index_of(texel, views.cell[tap], count);
+    const float weight = views.weight[tap] * (opacity.empty() ? 1.0F : opacity[entry]);
+    alpha += weight;
+    if (!table.empty()) colour += weight * table[entry];
+  }
+  if (!opacity.empty()) result.alpha = std::min(alpha, 1.0F);
+  if (!table.empty()) result.colour = alpha > 0 ? clamp_to_finite(colour / alpha) : V3f(0, 0, 0);
+  return result;
+}
 
 std::vector<V3f> light_factors(const FabricLevel& level, const FabricInfo& info, int texel, const V3f& view) {
   const DirectionTaps views = interpolate(info.views, view);

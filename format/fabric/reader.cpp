@@ -68,6 +68,14 @@ void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHead
   check_values(level, level_index, kind, header.shape, sink);
 }
 
+Result<FabricReader> first_error_of(Result<ExrReader> file, const FabricLimits& limits) {
+  if (!file) return tl::unexpected(file.error());
+  IssueSink sink(file->path());
+  auto reader = FabricReader::open(std::move(*file), limits, sink);
+  if (!reader) return tl::unexpected(sink.first_error());
+  return std::move(*reader);
+}
+
 }  // namespace
 
 std::string header_digest(const std::string& text, const std::vector<ExrPart>& parts) {
@@ -116,18 +124,6 @@ std::optional<FabricReader> FabricReader::open(ExrReader file, const FabricLimit
   if (sink.has_error()) return std::nullopt;
   return FabricReader(std::move(file), std::move(*header), limits.memory);
 }
-
-namespace {
-
-Result<FabricReader> first_error_of(Result<ExrReader> file, const FabricLimits& limits) {
-  if (!file) return tl::unexpected(file.error());
-  IssueSink sink(file->path());
-  auto reader = FabricReader::open(std::move(*file), limits, sink);
-  if (!reader) return tl::unexpected(sink.first_error());
-  return std::move(*reader);
-}
-
-}  // namespace
 
 Result<FabricReader> FabricReader::open(const std::string& path, const FabricLimits& limits) {
   return first_error_of(ExrReader::open(path, exr_limits(limits)), limits);

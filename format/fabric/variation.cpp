@@ -75,6 +75,23 @@ RowNoise with_lengths(float period) {
   return runs;
 }
 
+/// Wales of a knit are as wide as its rows are high.
+RowNoise places_of(const Yarns& yarns, const std::array<RowNoise, 2>& runs, std::size_t axis) {
+  RowNoise result = runs[axis];
+  const RowNoise& other = runs[1 - axis];
+  if (result.rows == 0) {
+    const auto along = static_cast<int>(axis);
+    const float wales = static_cast<float>(other.rows) * yarns.period()[1 - along] / yarns.period()[along];
+    result = with_lengths(yarns.period()[along]);
+    result.rows =
+        static_cast<int>(std::clamp(std::round(wales), 1.0F, static_cast<float>(max_noise_lengths)));
+    result.amplitude = other.amplitude;
+  }
+  result.amplitude =
+      std::min(max_row_offset, offset_per_amplitude * result.amplitude) / static_cast<float>(result.rows);
+  return result;
+}
+
 }  // namespace
 
 RowNoise row_noise_along(const YarnData& yarns, const V2f& period, int axis) {
@@ -101,27 +118,6 @@ RowNoise row_noise_along(const YarnData& yarns, const V2f& period, int axis) {
   runs.amplitude = std::sqrt(squares / static_cast<float>(curves));
   return runs;
 }
-
-namespace {
-
-/// Wales of a knit are as wide as its rows are high.
-RowNoise places_of(const Yarns& yarns, const std::array<RowNoise, 2>& runs, std::size_t axis) {
-  RowNoise result = runs[axis];
-  const RowNoise& other = runs[1 - axis];
-  if (result.rows == 0) {
-    const auto along = static_cast<int>(axis);
-    const float wales = static_cast<float>(other.rows) * yarns.period()[1 - along] / yarns.period()[along];
-    result = with_lengths(yarns.period()[along]);
-    result.rows =
-        static_cast<int>(std::clamp(std::round(wales), 1.0F, static_cast<float>(max_noise_lengths)));
-    result.amplitude = other.amplitude;
-  }
-  result.amplitude =
-      std::min(max_row_offset, offset_per_amplitude * result.amplitude) / static_cast<float>(result.rows);
-  return result;
-}
-
-}  // namespace
 
 bool runs_along_v(const YarnCurve& curve, const V2f& period) {
   const V2f way = V2f(curve.repeat_offset) * period;

@@ -71,6 +71,13 @@ std::vector<FabricYarnCurve> curves_of(const YarnData& data) {
   return curves;
 }
 
+FabricLimits limits_of(const FabricReadOptions& options) {
+  return {.texels_per_side = options.max_texels_per_side,
+          .directions = options.max_directions,
+          .lobes = options.max_lobes,
+          .memory = options.max_memory};
+}
+
 V3f vector_of(const std::array<float, 3>& a) { return {a[0], a[1], a[2]}; }
 
 FabricRadiance radiance_of(const Shading& s) { return {{s.radiance.x, s.radiance.y, s.radiance.z}, s.alpha}; }
@@ -141,17 +148,6 @@ std::optional<double> FabricFile::State::level_at(double wanted, double u, doubl
   if (!std::isfinite(wanted) || !std::isfinite(u) || !std::isfinite(v)) return {};
   return std::clamp(wanted, yarns() != nullptr ? -1.0 : 0.0, facts.levels - 1.0);
 }
-
-namespace {
-
-FabricLimits limits_of(const FabricReadOptions& options) {
-  return {.texels_per_side = options.max_texels_per_side,
-          .directions = options.max_directions,
-          .lobes = options.max_lobes,
-          .memory = options.max_memory};
-}
-
-}  // namespace
 
 std::optional<FabricFile> FabricFile::open(const std::string& path, FabricProblem* problem,
                                            const FabricReadOptions& options) {
