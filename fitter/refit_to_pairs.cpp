@@ -246,11 +246,10 @@ void refit_to_pairs(Fabric& fabric, const PairSamples& measured, int lights, con
   if (measured.pairs.empty()) return;
   FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres prints nothing
   // Every pair as a view with one light.
-  SampleLevel samples;
-  samples.width = measured.width;
-  samples.height = measured.height;
-  samples.views = static_cast<int>(measured.pairs.size());
-  samples.lights = 1;
+  SampleLevel samples{.width = measured.width,
+                      .height = measured.height,
+                      .views = static_cast<int>(measured.pairs.size()),
+                      .lights = 1};
   const std::size_t texels = samples.texels();
   samples.normal_sum.assign(texels, V3f(0));
   for (std::size_t t = 0; t < texels; ++t) {

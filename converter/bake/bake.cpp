@@ -49,11 +49,7 @@ void add_pair(PairSamples& to, const PairSamples& from) {
 }
 
 PairSamples empty_set(const SamplesHeader& header, PairKind kind) {
-  PairSamples set;
-  set.width = header.width;
-  set.height = header.height;
-  set.pairs = header.pairs[index_of(kind)];
-  return set;
+  return {.width = header.width, .height = header.height, .pairs = header.pairs[index_of(kind)]};
 }
 
 /// The samples of one pair set.

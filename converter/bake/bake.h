@@ -43,7 +43,7 @@ struct BakeOptions {
   int validation_pairs = 96;
   int held_out_pairs = 96;
   /// Pairs that replace the random ones; unit directions with z >= 1e-3, or |z| for both sides.
-  std::optional<ByPairKind<std::vector<DirectionPair>>> pairs;
+  std::optional<ByPairKind<std::vector<DirectionPair>>> pairs{};
   int truth_samples = 64;  ///< the same per texel and pair, even
   std::uint64_t seed = 1;
   /// Stores the yarn itself (format/fabric/yarns.h): the yarn of the mesh, or else the result of

@@ -244,10 +244,7 @@ PairSamples TexelBaker::bake_pair(const DirectionPair& pair, int samples, std::u
   const std::span<const V3f> lights(&pair.light, 1);
   const ViewSamples a = bake_view(pair.view, lights, samples / 2, seed, within_halves);
   const ViewSamples b = bake_view(pair.view, lights, samples / 2, hash64(seed), within_halves);
-  PairSamples out;
-  out.width = texels_.x;
-  out.height = texels_.y;
-  out.pairs = {pair};
+  PairSamples out{.width = texels_.x, .height = texels_.y, .pairs = {pair}};
   for (std::size_t t = 0; t < a.alpha.size(); ++t) {
     const V3f of_a = a.radiance[t] * a.alpha[t];
     const V3f of_b = b.radiance[t] * b.alpha[t];

@@ -40,9 +40,7 @@ PixelSum trace_half(const SwatchShot& shot, const TruthOptions& options, const T
 
 /// Refuses what trace_swatch() does.
 Result<void> check_truth(const SwatchShot& shot, const TruthOptions& o, const std::string& name) {
-  BakeOptions bake;
-  bake.samples = o.samples;
-  bake.bounces = o.bounces;
+  BakeOptions bake{.samples = o.samples, .bounces = o.bounces};
   if (auto ok = check_options(bake, name); !ok) return ok;
   // The noise is estimated from two halves.
   if (o.samples < 2 || o.samples % 2 != 0)

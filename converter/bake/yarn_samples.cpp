@@ -119,9 +119,8 @@ void YarnSampler::sample(const V3f& direction, std::span<const V3f> lights, int 
   const bool behind = direction.z < 0;
   const SideOfYarn& side = *sides_[behind ? 1 : 0];
   const int points = static_cast<int>(std::lround(std::sqrt(samples)));
-  CellView view;
-  view.view = behind ? mirrored(direction) : direction;
-  view.size = {texels_ * points, V2i(points, points), points};
+  CellView view{.view = behind ? mirrored(direction) : direction,
+                .size = {texels_ * points, V2i(points, points), points}};
   const std::size_t plane = view.size.count();
   view.rays_per_pixel_side =
       side.detail_of(static_cast<float>(plane), side.yarns.period().x / static_cast<float>(texels_.x));
@@ -187,10 +186,7 @@ ViewSamples YarnSampler::sample_view(const V3f& view, std::span<const V3f> light
 }
 
 PairSamples YarnSampler::sample_pair(const DirectionPair& pair, int samples, NoiseSum& noise) const {
-  PairSamples out;
-  out.width = texels_.x;
-  out.height = texels_.y;
-  out.pairs = {pair};
+  PairSamples out{.width = texels_.x, .height = texels_.y, .pairs = {pair}};
   const auto scratch = scratch_.acquire();
   const std::size_t side = pair.view.z < 0 ? 1 : 0;
   std::unique_ptr<CellShadows>& shadows = scratch->of_pairs[side];

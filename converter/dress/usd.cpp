@@ -441,12 +441,10 @@ std::vector<AtomicFile> stage_files(const UsdFiles& files) {
 UsdTransform2d usd_transform(const UvTransform& transform) {
   const double c = std::cos(transform.rotation);
   const double s = std::sin(transform.rotation);
-  UsdTransform2d result;
-  result.scale = transform.scale;
-  result.rotation = transform.rotation * 180.0 / std::numbers::pi;
-  result.translation =
-      V2d(transform.offset.x + s * transform.scale.y, 1.0 - transform.offset.y - c * transform.scale.y);
-  return result;
+  return {.scale = transform.scale,
+          .rotation = transform.rotation * 180.0 / std::numbers::pi,
+          .translation = V2d(transform.offset.x + s * transform.scale.y,
+                             1.0 - transform.offset.y - c * transform.scale.y)};
 }
 
 }  // namespace selvedge

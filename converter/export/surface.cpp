@@ -130,8 +130,7 @@ ClothPoint point_at(const Cloth& cloth, const ClothCell& cell, const V2d& uv) {
   const double whole = cross(d1, d2);
   const V2d rest(cross(uv - a.uv, d2) / whole, cross(d1, uv - a.uv) / whole);
   const std::array<double, 3> weights{1 - rest.x - rest.y, rest.x, rest.y};
-  ClothPoint point;
-  point.is_inside = distance <= edge;
+  ClothPoint point{.is_inside = distance <= edge};
   V3d middle(0, 0, 0);
   double sum = 0;
   for (int i = 0; i < 3; ++i) {

@@ -65,8 +65,7 @@ struct Wall {
 /// As the mesh's surface reflects (yarn_brdf.h). `through`: YarnCell::through.
 Wall wall_of(const YarnCurve& curve, const V3f& through) {
   const float w = curve.gloss.weight;
-  Wall wall;
-  wall.gloss = w > 0 ? w * mean_gloss_albedo(curve.gloss.roughness) : 0;
+  Wall wall{.gloss = w > 0 ? w * mean_gloss_albedo(curve.gloss.roughness) : 0};
   const float dull = through != V3f(0, 0, 0) ? 1 - wall.gloss : 1 - w;
   wall.back = curve.albedo * dull;
   wall.through = through * dull;

@@ -66,11 +66,10 @@ void place_on_hair(const RaySceneState& s, unsigned primitive, float side, Surfa
 SurfacePoint point_from(const RaySceneState& s, const V3d& position, const V3d& direction,
                         const V3f& geometric_normal, unsigned geometry, unsigned primitive, float u,
                         float v) {
-  SurfacePoint point;
-  point.position = V3f(V3d(wrap_to_period(position.x, s.block.period.x),
-                           wrap_to_period(position.y, s.block.period.y), position.z));
-  point.face_normal = geometric_normal.normalized();
-  point.view = V3f(-direction);
+  SurfacePoint point{.position = V3f(V3d(wrap_to_period(position.x, s.block.period.x),
+                                         wrap_to_period(position.y, s.block.period.y), position.z)),
+                     .face_normal = geometric_normal.normalized(),
+                     .view = V3f(-direction)};
   point.is_back = point.face_normal.dot(V3f(direction)) > 0;
   if (point.is_back) point.face_normal = -point.face_normal;
   if (geometry == hair_geometry) {

@@ -407,9 +407,7 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
   MemoryBudget memory = check_options(options, sample);
   take_pixels(memory, sample, sizeof(float));  // opacity
   const auto opacity = [&] {
-    ImportOptions as_it_is;
-    as_it_is.colours = PictureColours::linear;
-    as_it_is.max_memory = memory.unspent_bytes();
+    ImportOptions as_it_is{.colours = PictureColours::linear, .max_memory = memory.unspent_bytes()};
     return options.opacity_path.empty()
                ? Image()
                : value_or_throw(read_picture({options.opacity_path, {}, 1, 0}, sample.size, as_it_is));
@@ -417,12 +415,12 @@ Result<ImportReport> import_all(const std::string& table, const ImportOptions& o
   const RepeatAverage average(sample.size, sample.period, sample.texels, opacity());
   const Cells cells = read_cells(sample, average, options, memory, progress);
 
-  ImportReport report;
-  report.picture_count = static_cast<int>(sample.pictures.size());
-  report.texels = sample.texels;
-  report.period_mm = sample.period * (options.width_mm / sample.size.x);
-  report.repeats = average.repeats();
-  report.repeat_deviation = cells.mean_square > 0 ? std::sqrt(cells.variance / cells.mean_square) : 0;
+  ImportReport report{
+      .picture_count = static_cast<int>(sample.pictures.size()),
+      .texels = sample.texels,
+      .period_mm = sample.period * (options.width_mm / sample.size.x),
+      .repeats = average.repeats(),
+      .repeat_deviation = cells.mean_square > 0 ? std::sqrt(cells.variance / cells.mean_square) : 0};
   const auto sets = sets_of(sample.pictures, options);
   PairValues known;
   SamplesHeader header;

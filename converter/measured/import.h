@@ -42,13 +42,13 @@ Result<std::vector<MeasuredPicture>> read_picture_table(const std::string& path)
 enum class PictureColours { srgb, linear, xyz };
 
 struct ImportOptions {
-  double width_mm = 0;           ///< of a picture, whose pixels are square; > 0
-  std::optional<V2d> period_mm;  ///< of the cloth; else found in the pictures
-  std::optional<V2i> texels;     ///< of one repeat; else as many as it has pixels, at most 32 a side
-  int views = 64;                ///< of the grids of the samples, 1 to 4096
+  double width_mm = 0;             ///< of a picture, whose pixels are square; > 0
+  std::optional<V2d> period_mm{};  ///< of the cloth; else found in the pictures
+  std::optional<V2i> texels{};     ///< of one repeat; else as many as it has pixels, at most 32 a side
+  int views = 64;                  ///< of the grids of the samples, 1 to 4096
   int lights = 64;
-  double thickness_mm = 0;   ///< of the cloth, >= 0; the texels lie on top
-  std::string opacity_path;  ///< a picture that is black in holes; else no holes
+  double thickness_mm = 0;     ///< of the cloth, >= 0; the texels lie on top
+  std::string opacity_path{};  ///< a picture that is black in holes; else no holes
   PictureColours colours = PictureColours::srgb;
   std::uint64_t seed = 1;  ///< of the choice of the pictures that are held out
   std::uint64_t max_memory = std::uint64_t{4} << 30U;

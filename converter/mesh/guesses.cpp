@@ -52,8 +52,7 @@ MeshChoices guess_mesh_choices(const MeshFile& file, const std::string& bytes,
   constexpr double clearly = 0.9;      // ratio of extents
   constexpr double smallest_mm = 0.1;  // a smaller cell must be in metres
   const V3d extent = extent_of(file);
-  MeshChoices choices;
-  choices.up_axis_source = choices.scale_source = choices.period_source = "given";
+  MeshChoices choices{.period_source = "given", .scale_source = "given", .up_axis_source = "given"};
   const auto commented = period_in_comment(bytes);
   if (up_axis) {
     choices.up_axis = *up_axis;

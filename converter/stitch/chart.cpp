@@ -215,9 +215,8 @@ class ChartReader {
       if (place.starts_with("--set ")) place.erase(0, std::string_view("--set ").size());
       refuse_line(line.number, fmt::format("{}: {}", place, values.error().message));
     }
-    Yarn yarn;
-    yarn.fibre_kind = static_cast<int>(values->number(yarn_parameter));
-    yarn.radius_mm = values->number(radius_parameter);
+    Yarn yarn{.radius_mm = values->number(radius_parameter),
+              .fibre_kind = static_cast<int>(values->number(yarn_parameter))};
     const auto& albedo = values->numbers(albedo_parameter);
     yarn.albedo = V3f(V3d(albedo[0], albedo[1], albedo[2]));
     for (const char* own : {yarn_parameter, radius_parameter, albedo_parameter}) settings.erase(own);

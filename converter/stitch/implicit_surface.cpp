@@ -195,8 +195,7 @@ std::size_t ImplicitSurface::bin_of(const V3d& wrapped) const {
 SurfaceSample ImplicitSurface::sample(const V3d& point) const {
   const V3d wrapped = wrap(point);
   const std::size_t bin = bin_of(wrapped);
-  SurfaceSample best;
-  best.distance = reach_;
+  SurfaceSample best{.distance = reach_};
   const Piece* nearest = nullptr;
   double parameter = 0;
   for (std::uint32_t e = bin_start_[bin]; e < bin_start_[bin + 1]; ++e) {

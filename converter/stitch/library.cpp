@@ -158,11 +158,7 @@ V2i texels_of(const Weave& weave) {
 }
 
 Yarn coloured(const V3f& albedo, double radius_mm, const Gloss& gloss = {}) {
-  Yarn yarn;
-  yarn.albedo = albedo;
-  yarn.radius_mm = radius_mm;
-  yarn.gloss = gloss;
-  return yarn;
+  return {.radius_mm = radius_mm, .albedo = albedo, .gloss = gloss};
 }
 
 /// The warps or wefts of a weave.

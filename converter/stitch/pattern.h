@@ -20,10 +20,10 @@ namespace selvedge {
 /// A yarn. Its segments are a chain: each starts where the one before ends, and the last ends at the
 /// start of the first plus whole periods (the yarn runs on into the next cell), or exactly there (a ring).
 struct Yarn {
-  std::string name;
+  std::string name{};
   double radius_mm = 0.5;        ///< of a round yarn with the same area
   V3f albedo{0.5F, 0.5F, 0.5F};  ///< linear, in [0, 1]
-  std::vector<BezierSegment> segments;
+  std::vector<BezierSegment> segments{};
   Gloss gloss{};
   int plies = 1;  ///< number of plies twisted about each other, 1 to 8; 1: a round yarn
   /// Turns of the plies about the yarn, or of the fibres of a round yarn, per mm of its length: Z-twist (a

@@ -166,12 +166,11 @@ constexpr float change_of_irregularity = 2;
 /// The strands of a chain of yarn or of a ply.
 YarnStrands strands_of(const Yarn& yarn, int seed) {
   const double length = length_of(frames_of(yarn, 0.5 * yarn.radius_mm));
-  YarnStrands strands;
-  strands.swells = std::clamp(swells_of(length, yarn.radius_mm), 1, max_noise_pieces);
-  strands.irregularity = std::min(static_cast<float>(yarn.irregularity), max_irregularity);
-  strands.seed = seed;
-  strands.contrast = std::min(static_cast<float>(yarn.melange), max_contrast);
-  strands.marl = std::min(static_cast<float>(yarn.marl), max_marl);
+  YarnStrands strands{.seed = seed,
+                      .irregularity = std::min(static_cast<float>(yarn.irregularity), max_irregularity),
+                      .swells = std::clamp(swells_of(length, yarn.radius_mm), 1, max_noise_pieces),
+                      .contrast = std::min(static_cast<float>(yarn.melange), max_contrast),
+                      .marl = std::min(static_cast<float>(yarn.marl), max_marl)};
   strands.row_variation = std::min(change_of_irregularity * strands.irregularity, max_row_variation);
   if (yarn.fibre_kind == 0) return strands;
   const double width =
@@ -296,12 +295,10 @@ Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cubes_across, do
   if (step > thinnest)
     return refuse(fmt::format("{} are too few for a yarn of radius {} mm, at least {:.0f}", cubes_across,
                               thinnest, std::ceil(longer / thinnest)));
-  MarchingGrid grid;
-  grid.period = pattern.period_mm;
-  grid.cells = {static_cast<int>(x), static_cast<int>(y), static_cast<int>(z)};
-  grid.z_step = step;
-  grid.z_min = 0.5 * (low + high - z * step);
-  return grid;
+  return MarchingGrid{.period = pattern.period_mm,
+                      .cells = {static_cast<int>(x), static_cast<int>(y), static_cast<int>(z)},
+                      .z_min = 0.5 * (low + high - z * step),
+                      .z_step = step};
 }
 
 /// Sets `surface`.

@@ -148,9 +148,8 @@ Result<StitchPattern> lay_plies(const StitchPattern& pattern, const std::string&
   StitchPattern laid = pattern;
   laid.yarns.clear();
   for (const Yarn& yarn : pattern.yarns) {
-    YarnStrands swells;
-    swells.seed = strand_seed(pattern.seed, static_cast<int>(laid.yarns.size()));
-    swells.irregularity = std::min(static_cast<float>(yarn.irregularity), max_irregularity);
+    YarnStrands swells{.seed = strand_seed(pattern.seed, static_cast<int>(laid.yarns.size())),
+                       .irregularity = std::min(static_cast<float>(yarn.irregularity), max_irregularity)};
     if (yarn.plies == 1) {
       laid.yarns.push_back(yarn);
       if (yarn.irregularity == 0) continue;

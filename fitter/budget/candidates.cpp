@@ -202,11 +202,10 @@ void LayerFitter::add_quantised(std::size_t level, const BasisFit& basis, double
     std::size_t last = 0;
     for (const float fraction : min_fractions) {
       if (fraction < 0.25F * coarse.step || fraction > 2 * coarse.step) continue;
-      Quantisation quantisation;
-      quantisation.step = unit * coarse.step;
-      quantisation.min_rms = fraction / coarse.step;
-      quantisation.bit_cost = coarse.price;
-      quantisation.row_texels = width;
+      Quantisation quantisation{.step = unit * coarse.step,
+                                .min_rms = fraction / coarse.step,
+                                .bit_cost = coarse.price,
+                                .row_texels = width};
       const std::size_t pairs = kept_pair_count(basis, quantisation);
       if (pairs == last || std::cmp_greater(pairs, FabricLimits{}.products)) continue;
       last = pairs;

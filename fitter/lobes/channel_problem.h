@@ -58,7 +58,7 @@ class DirectionTableSystem {
 struct FitOptions {
   int lobes = 2;           ///< 0 to 16
   bool view_table = true;  ///< else T = 1 and the layer is left out
-  DirectionTableOptions table;
+  DirectionTableOptions table{};
   int starts = 3;           ///< short searches per texel and channel; fit() makes more on small levels
   int finalists = 1;        ///< the best of them, which are continued to the end; likewise
   int max_iterations = 60;  ///< of a search

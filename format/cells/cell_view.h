@@ -51,10 +51,10 @@ struct CellLevels {
 
 struct CellView {
   V3f view{0, 0, 1};  ///< unit, towards the viewer; z > 0
-  std::vector<CellLamp> lamps;
-  std::optional<SmoothLight> environment;  ///< in the frame of the fabric; added to plane 0
-  CellLevels levels;
-  CellSize size;
+  std::vector<CellLamp> lamps{};
+  std::optional<SmoothLight> environment{};  ///< in the frame of the fabric; added to plane 0
+  CellLevels levels{};
+  CellSize size{};
   int plane_count = 1;
   bool has_hairs = true;
   bool hair_shadows = true;

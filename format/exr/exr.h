@@ -23,15 +23,15 @@ struct ExrChannel {
 
 /// One part. Its data window begins at (0, 0). Level k of a mipmapped part has level_size() texels.
 struct ExrPart {
-  std::string name;
+  std::string name{};
   int width = 0;
   int height = 0;
   bool has_mipmaps = false;  ///< tiles of every level down to 1 x 1; else scanlines of one level
   int levels = 1;
-  V2i tile_size{0, 0};                            ///< size in pixels; (0, 0): the writer chooses
-  bool is_zipped = true;                          ///< compressed by ZIP; else not at all
-  std::vector<ExrChannel> channels;               ///< names unique within the part; read in the file's order
-  std::map<std::string, std::string> attributes;  ///< texts, without the attributes of every EXR file
+  V2i tile_size{0, 0};                 ///< size in pixels; (0, 0): the writer chooses
+  bool is_zipped = true;               ///< compressed by ZIP; else not at all
+  std::vector<ExrChannel> channels{};  ///< names unique within the part; read in the file's order
+  std::map<std::string, std::string> attributes{};  ///< texts, without the attributes of every EXR file
 };
 
 /// Pixels of one level: planes[channel][y * width + x], channels in the order of ExrPart::channels.

@@ -163,8 +163,7 @@ int wrap_texel(double c, int size) {
 Shading blend(const Shading& a, const Shading& b, float weight_of_b) {
   const float alpha_a = (1 - weight_of_b) * a.alpha;
   const float alpha_b = weight_of_b * b.alpha;
-  Shading result;
-  result.alpha = alpha_a + alpha_b;
+  Shading result{.alpha = alpha_a + alpha_b};
   if (result.alpha > 0)
     result.radiance = clamp_to_finite((alpha_a * a.radiance + alpha_b * b.radiance) / result.alpha);
   return result;

@@ -168,11 +168,10 @@ std::shared_ptr<const ProductBases> shared_bases(const Fabric& fabric) {
 }
 
 LayerShape layer_shape_of(const Fabric& fabric) {
-  LayerShape shape;
-  shape.side = fabric.side;
-  shape.views = fabric.views.count();
-  shape.lights = fabric.lights.count();
-  shape.level0_texel_count = fabric.levels.front().texels();
+  LayerShape shape{.side = fabric.side,
+                   .views = fabric.views.count(),
+                   .lights = fabric.lights.count(),
+                   .level0_texel_count = fabric.levels.front().texels()};
   for (const FabricLevel& level : fabric.levels) {
     if (level.has(LayerKind::lobes)) shape.lobes = level.lobe_count();
     if (level.yarns()) shape.yarns = counts_of(level.yarns()->data());

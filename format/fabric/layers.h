@@ -108,7 +108,7 @@ struct LayerShape {
   int products = 0;        ///< largest number at any level
   int view_functions = 0;  ///< without phi_0
   int light_functions = 0;
-  YarnCounts yarns;
+  YarnCounts yarns{};
   int level0_texel_count =
       1;  ///< of level 0, which the values of bases, yarns and indirect light are spread over
 };

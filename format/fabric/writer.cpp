@@ -23,10 +23,7 @@ bool is_stored(const Fabric& fabric, LayerKind kind, int k) {
 }
 
 ExrPart new_part(const Fabric& fabric, const std::string& name) {
-  ExrPart part;
-  part.name = name;
-  part.width = fabric.texels().x;
-  part.height = fabric.texels().y;
+  ExrPart part{.name = name, .width = fabric.texels().x, .height = fabric.texels().y};
   part.attributes[names::attribute_wrap] = names::wrap_periodic;
   return part;
 }

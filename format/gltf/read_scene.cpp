@@ -75,8 +75,7 @@ void read_light(const GltfDocument& document, const Json& node, const M44d& worl
   };
   if (static_cast<std::size_t>(index) >= lights.size()) return leave_out("there is no such light");
   const Json& json = lights[index];
-  SceneLight light;
-  light.name = name_of(json, node);
+  SceneLight light{.name = name_of(json, node)};
   const Json& type = member(json, "type");
   if (type == "point")
     light.kind = LightKind::point;

@@ -149,9 +149,7 @@ Result<Image> decode_image(std::span<const std::uint8_t> bytes, const std::strin
 
 Result<void> write_exr(const std::string& path, const Image& image) {
   if (Result<void> good = check_image_shape(image, path); !good) return good;
-  ExrPart part;
-  part.width = image.width;
-  part.height = image.height;
+  ExrPart part{.width = image.width, .height = image.height};
   ExrPixels pixels{image.width, image.height, {}};
   for (int c = 0; c < image.channels; ++c) {
     part.channels.push_back({std::string(1, (image.channels < 3 ? "YA" : "RGBA")[c]), false});

@@ -161,16 +161,15 @@ Comparison compare_levels(const PairSamples& truth, const std::vector<V2i>& size
     Sums sums;
     for (const auto& pair : by_pair) sums.add(pair[k]);
     if (sums.count == 0) break;
-    LevelComparison level;
-    level.level = static_cast<int>(k);
-    level.width = sizes[k].x;
-    level.height = sizes[k].y;
-    level.psnr = decibels(result.peak, sums.squared / (3 * sums.count));
-    level.relative_l2 = relative(sums.squared, sums.energy);
-    level.relative_bias = sums.truth > 0 ? sums.signed_error / sums.truth : 0;
-    level.alpha_rms = std::sqrt(sums.alpha_squared / sums.count);
-    level.alpha_noise_rms = std::sqrt(sums.alpha_noise / sums.count);
-    level.noise_psnr = decibels(result.peak, sums.noise / (3 * sums.count));
+    LevelComparison level{.level = static_cast<int>(k),
+                          .width = sizes[k].x,
+                          .height = sizes[k].y,
+                          .psnr = decibels(result.peak, sums.squared / (3 * sums.count)),
+                          .relative_l2 = relative(sums.squared, sums.energy),
+                          .relative_bias = sums.truth > 0 ? sums.signed_error / sums.truth : 0,
+                          .alpha_rms = std::sqrt(sums.alpha_squared / sums.count),
+                          .alpha_noise_rms = std::sqrt(sums.alpha_noise / sums.count),
+                          .noise_psnr = decibels(result.peak, sums.noise / (3 * sums.count))};
     result.levels.push_back(level);
   }
   return result;

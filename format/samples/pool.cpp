@@ -22,11 +22,10 @@ std::vector<std::vector<Overlap>> texel_overlaps(int fine, int coarse) {
 }
 
 SampleLevel pool(const SampleLevel& fine) {
-  SampleLevel coarse;
-  coarse.width = level_size(fine.width, 1);
-  coarse.height = level_size(fine.height, 1);
-  coarse.views = fine.views;
-  coarse.lights = fine.lights;
+  SampleLevel coarse{.width = level_size(fine.width, 1),
+                     .height = level_size(fine.height, 1),
+                     .views = fine.views,
+                     .lights = fine.lights};
   const std::size_t texels = coarse.texels();
   const std::size_t views = fine.views;
   const std::size_t lights = fine.lights;

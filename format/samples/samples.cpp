@@ -90,12 +90,7 @@ void header_io(const JsonIo& text, SamplesHeader& h) {
 using Planes = std::vector<std::vector<float>>;
 
 ExrPart new_part(const char* name, int width, int height, std::vector<ExrChannel> channels = {}) {
-  ExrPart part;
-  part.name = name;
-  part.width = width;
-  part.height = height;
-  part.channels = std::move(channels);
-  return part;
+  return {.name = name, .width = width, .height = height, .channels = std::move(channels)};
 }
 
 /// One picture of the cell per view (downwards) and light (to the right), for image viewers.
@@ -252,9 +247,7 @@ void read_views(ExrReader& reader, Samples& samples) {
 }
 
 PairSamples read_pairs(ExrReader& reader, const SamplesHeader& h, PairKind kind) {
-  PairSamples pairs;
-  pairs.width = h.width;
-  pairs.height = h.height;
+  PairSamples pairs{.width = h.width, .height = h.height};
   pairs.pairs = h.pairs[index_of(kind)];
   if (pairs.pairs.empty()) return pairs;
   const Planes p = value_or_throw(read_part(reader, pair_part(h, kind)));
@@ -321,9 +314,7 @@ Result<SamplesHeader> samples_header_from_json(const std::string& text, const st
 }
 
 PairSamples side_pairs(const PairSamples& all, Side side) {
-  PairSamples result;
-  result.width = all.width;
-  result.height = all.height;
+  PairSamples result{.width = all.width, .height = all.height};
   const auto texels = static_cast<std::ptrdiff_t>(all.width) * all.height;
   for (std::size_t p = 0; p < all.pairs.size(); ++p) {
     DirectionPair pair = all.pairs[p];

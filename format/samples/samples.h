@@ -71,11 +71,11 @@ struct ViewSamples {
 struct PairSamples {
   int width = 0;  ///< texels
   int height = 0;
-  std::vector<DirectionPair> pairs;
-  std::vector<float> alpha;        ///< [pair * texels + texel]
-  std::vector<V3f> radiance;       ///< [pair * texels + texel]
-  std::vector<V3f> noise;          ///< half the difference of alpha * radiance between two independent halves
-  std::vector<float> alpha_noise;  ///< half the difference of alpha
+  std::vector<DirectionPair> pairs{};
+  std::vector<float> alpha{};   ///< [pair * texels + texel]
+  std::vector<V3f> radiance{};  ///< [pair * texels + texel]
+  std::vector<V3f> noise{};     ///< half the difference of alpha * radiance between two independent halves
+  std::vector<float> alpha_noise{};  ///< half the difference of alpha
 };
 
 /// All samples of a cell.
@@ -92,9 +92,9 @@ struct SampleLevel {
   int height = 0;
   int views = 0;
   int lights = 0;
-  std::vector<float> alpha;     ///< [texel * views + view]
-  std::vector<V3f> normal_sum;  ///< [texel], sum over views of the visible normals
-  std::vector<V3f> radiance;    ///< [(texel * views + view) * lights + light]
+  std::vector<float> alpha{};     ///< [texel * views + view]
+  std::vector<V3f> normal_sum{};  ///< [texel], sum over views of the visible normals
+  std::vector<V3f> radiance{};    ///< [(texel * views + view) * lights + light]
   int texels() const { return width * height; }
 };
 

@@ -73,8 +73,7 @@ V3d view_direction(const Camera& camera, const V2d& image_point) {
 Result<Camera> make_camera(std::span<const V3d> points, double aspect, const CameraOptions& options) {
   if (const auto good = check(options); !good) return tl::unexpected(good.error());
 
-  Camera camera;
-  camera.projection = options.projection;
+  Camera camera{.projection = options.projection};
   const double azimuth = options.azimuth * radians_per_degree;
   const double elevation = options.elevation * radians_per_degree;
   // `right` depends on the azimuth alone, so that looking straight down is no special case.
@@ -151,8 +150,7 @@ Result<Camera> find_scene_camera(const Scene& scene, const std::string& wanted, 
         Code::option_out_of_range, scene.file, "--camera",
         fmt::format("there is no \"{}\"; the scene has {}", wanted, present.empty() ? "none" : present));
   const M44d& m = found->world;
-  Camera camera;
-  camera.position = V3d(m[3][0], m[3][1], m[3][2]);
+  Camera camera{.position = V3d(m[3][0], m[3][1], m[3][2])};
   // Scales of the camera's node are ignored.
   const V3d back = V3d(m[2][0], m[2][1], m[2][2]).normalized();
   const V3d up(m[1][0], m[1][1], m[1][2]);

@@ -45,13 +45,13 @@ V3d view_direction(const Camera& camera, const V2d& image_point);
 
 struct CameraOptions {
   Projection projection = Projection::perspective;
-  double azimuth = 0;              ///< degrees; 0 looks along -z (at the front of a glTF asset), 90 along -x
-  double elevation = 0;            ///< degrees above the horizon, -90 to 90
-  double field_of_view = 30;       ///< degrees, vertical
-  std::optional<V3d> look_at;      ///< m; default: centres the points in the frame
-  std::optional<double> distance;  ///< m from look_at; default: all points fit the frame
-  double zoom = 1;                 ///< narrows the frame by this factor ...
-  V2d zoom_centre{0.5, 0.5};       ///< ... around this point of it; (0, 0) top left, (1, 1) bottom right
+  double azimuth = 0;            ///< degrees; 0 looks along -z (at the front of a glTF asset), 90 along -x
+  double elevation = 0;          ///< degrees above the horizon, -90 to 90
+  double field_of_view = 30;     ///< degrees, vertical
+  std::optional<V3d> look_at{};  ///< m; default: centres the points in the frame
+  std::optional<double> distance{};  ///< m from look_at; default: all points fit the frame
+  double zoom = 1;                   ///< narrows the frame by this factor ...
+  V2d zoom_centre{0.5, 0.5};         ///< ... around this point of it; (0, 0) top left, (1, 1) bottom right
 };
 
 /// A camera for a frame of width : height = `aspect` that shows `points` (at least one, finite; world, m)

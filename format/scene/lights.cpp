@@ -28,14 +28,13 @@ Illumination illumination_at(const Light& light, const V3d& point) {
 std::vector<Light> scene_lights(const Scene& scene) {
   std::vector<Light> lights;
   for (const SceneLight& source : scene.lights) {
-    Light light;
-    light.kind = source.kind;
-    light.direction = -source.direction;
-    light.irradiance = source.color * source.intensity;
-    light.position = source.position;
-    light.range = source.range;
-    light.inner_cosine = std::cos(source.inner_cone);
-    light.outer_cosine = std::cos(source.outer_cone);
+    Light light{.direction = -source.direction,
+                .irradiance = source.color * source.intensity,
+                .kind = source.kind,
+                .position = source.position,
+                .range = source.range,
+                .inner_cosine = std::cos(source.inner_cone),
+                .outer_cosine = std::cos(source.outer_cone)};
     lights.push_back(light);
   }
   return lights;
@@ -52,11 +51,8 @@ std::vector<Light> camera_to_world(const Camera& camera, std::vector<Light> ligh
 }
 
 std::vector<Light> key_and_fill_lights() {
-  Light key;
-  key.direction = V3d(-0.55, 0.65, 0.8).normalized();
-  Light fill;
-  fill.direction = V3d(0.9, 0.15, 0.6).normalized();
-  fill.irradiance = V3f(0.3F);
+  Light key{.direction = V3d(-0.55, 0.65, 0.8).normalized()};
+  Light fill{.direction = V3d(0.9, 0.15, 0.6).normalized(), .irradiance = V3f(0.3F)};
   return {key, fill};
 }
 

@@ -92,8 +92,7 @@ Scene swatch_scene(const V2d& period_mm, const SwatchShot& shot) {
 }
 
 std::optional<SwatchHit> find_swatch_hit(const Camera& camera, const V2d& image_point) {
-  SwatchHit ray;
-  ray.view = view_direction(camera, image_point);
+  SwatchHit ray{.view = view_direction(camera, image_point)};
   V3d from = camera.position;
   if (camera.projection == Projection::parallel) {
     const V2d p = camera.window_centre + image_point * camera.window_half_size;
