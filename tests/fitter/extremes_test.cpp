@@ -132,8 +132,7 @@ TEST_CASE("a fit scales with the radiance") {
   }
   SUBCASE("by 1e-8 and 1e8, from a file with all layers in half precision") {
     const test::Folder folder;
-    FabricWriteOptions options;
-    options.half_layers = LayerSet::all();
+    FabricWriteOptions options{.half_layers = LayerSet::all()};
     const auto seen = [&](const Fabric& fabric, float factor) {
       REQUIRE(write_fabric(folder / "x.exr", fabric, options));
       const auto read = test::need(read_fabric(folder / "x.exr"));
@@ -228,9 +227,7 @@ TEST_CASE("random and adversarial textures never give NaN or infinity") {
     for (V3f& n : c.level.normal_sum)
       n = V3f(static_cast<float>(random.uniform() - 0.5), static_cast<float>(random.uniform() - 0.5),
               static_cast<float>(pick({0, 1e-6, 0.1, 1, -0.5})));
-    FitOptions options;
-    options.lobes = static_cast<int>(random.uniform() * 5);
-    options.view_table = random.uniform() < 0.7;
+    FitOptions options{.lobes = static_cast<int>(random.uniform() * 5), .view_table = random.uniform() < 0.7};
     options.table.damping = pick({0, 0.05});
     options.table.smoothness = pick({0, 0.05});
     CAPTURE(seed);

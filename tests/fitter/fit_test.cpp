@@ -27,11 +27,10 @@ SamplesHeader header_of(int width, int height) {
 
 /// Samples of 64 x 64 directions, everything opaque, normals up.
 SampleLevel samples_of(const SamplesHeader& header, const Radiance& radiance) {
-  SampleLevel level;
-  level.width = header.width;
-  level.height = header.height;
-  level.views = header.views.count();
-  level.lights = header.lights.count();
+  SampleLevel level{.width = header.width,
+                    .height = header.height,
+                    .views = header.views.count(),
+                    .lights = header.lights.count()};
   const auto views = cell_directions(header.views);
   const auto lights = cell_directions(header.lights);
   for (int t = 0; t < header.texels(); ++t) {
@@ -73,9 +72,7 @@ TEST_CASE(
   const Radiance lambert = [&](int, const V3f& l, const V3f&) { return rho * l.z; };
   for (const int lobes : {0, 1, 2, 3}) {
     for (const bool table : {false, true}) {
-      FitOptions options;
-      options.lobes = lobes;
-      options.view_table = table;
+      FitOptions options{.lobes = lobes, .view_table = table};
       const Fabric result = fit_all(samples_of(header, lambert), header, options);
       CHECK(error_against(result, lambert) < 0.01);
       for (const FabricLevel& level : result.levels) {
@@ -104,8 +101,7 @@ TEST_CASE("a factor on the view goes into the table, whose mean is 1") {
     return V3f(0.3F, 0.3F, 0.1F) * (l.z * (0.5F + v.z * v.z));
   };
   const SamplesHeader header = header_of(1, 1);
-  FitOptions options;
-  options.lobes = 0;
+  FitOptions options{.lobes = 0};
   const Fabric with = fit_all(samples_of(header, truth), header, options);
   options.view_table = false;
   const Fabric without = fit_all(samples_of(header, truth), header, options);
@@ -181,8 +177,7 @@ TEST_CASE("no lobe exceeds its limit on random samples, under one light and unde
       }
       const TexelSamples samples =
           gather_texel(alpha.data(), radiance.data(), directions, {0, 0, 1}, {1, 0, 0});
-      FitOptions options;
-      options.view_table = false;
+      FitOptions options{.view_table = false};
       const auto fits = fit_texel(samples, options);
       for (int c = 0; c < 3; ++c) {
         // Without a table the bound is the fit's own.

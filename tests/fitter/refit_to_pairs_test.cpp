@@ -16,10 +16,7 @@ namespace {
 /// Radiance of the fabric's level 0 in these directions.
 PairSamples shown_by(const Fabric& fabric, std::vector<DirectionPair> pairs) {
   const FabricLevel& level = fabric.levels.front();
-  PairSamples samples;
-  samples.width = level.width;
-  samples.height = level.height;
-  samples.pairs = std::move(pairs);
+  PairSamples samples{.width = level.width, .height = level.height, .pairs = std::move(pairs)};
   for (const DirectionPair& pair : samples.pairs) {
     for (int t = 0; t < level.texels(); ++t) {
       const Shading s = evaluate(fabric, 0, t % level.width, t / level.width, pair.light, pair.view);
@@ -45,12 +42,7 @@ double error_of(const Fabric& fabric, const Fabric& truth) {
 }
 
 FitOptions options_of(int lobes, bool table) {
-  FitOptions options;
-  options.lobes = lobes;
-  options.view_table = table;
-  options.tolerance = 1e-12;
-  options.max_iterations = 200;
-  return options;
+  return {.lobes = lobes, .view_table = table, .max_iterations = 200, .tolerance = 1e-12};
 }
 
 }  // namespace
@@ -109,13 +101,9 @@ TEST_CASE("Ceres finds nothing better than the end of a fit to the same samples,
   SamplesHeader header;
   header.width = header.height = 1;
   header.views = header.lights = {6, 6};
-  SampleLevel level;
-  level.width = level.height = 1;
-  level.views = level.lights = 36;
-  level.normal_sum = {V3f(0, 0, 1)};
+  SampleLevel level{.width = 1, .height = 1, .views = 36, .lights = 36, .normal_sum = {V3f(0, 0, 1)}};
   level.alpha.assign(36, 1);
-  PairSamples pairs;
-  pairs.width = pairs.height = 1;
+  PairSamples pairs{.width = 1, .height = 1};
   pairs.alpha.assign(std::size_t{36} * 36, 1);
   for (const V3f& v : directions) {
     for (const V3f& l : directions) {

@@ -65,12 +65,8 @@ double error_of_fit(const Reflectance& data, int lobes) {
     for (std::size_t l = 0; l < data.lights.size(); ++l)
       radiance.push_back(data.values.at({v, l}) * data.lights[l].z);
   }
-  FitOptions options;
-  options.lobes = lobes;
-  options.starts = 16;
-  options.tolerance = 1e-6;
-  options.max_iterations = 1000;
-  options.view_table = false;
+  FitOptions options{
+      .lobes = lobes, .view_table = false, .starts = 16, .max_iterations = 1000, .tolerance = 1e-6};
   // The grid ends at 80 degrees, where forward lobes still rise.
   options.max_peak_ratio = 4;
   const std::array<ChannelFit, 3> fits = fit_texel(

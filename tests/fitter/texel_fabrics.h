@@ -14,11 +14,10 @@ namespace selvedge::test {
 /// Samples of an ideal bake of a fabric: alpha and f of every texel for the directions of the grids.
 inline SampleLevel seen_of(const Fabric& fabric) {
   const FabricLevel& level = fabric.levels.front();
-  SampleLevel samples;
-  samples.width = level.width;
-  samples.height = level.height;
-  samples.views = fabric.views.count();
-  samples.lights = fabric.lights.count();
+  SampleLevel samples{.width = level.width,
+                      .height = level.height,
+                      .views = fabric.views.count(),
+                      .lights = fabric.lights.count()};
   samples.normal_sum.assign(level.texels(), V3f(0, 0, 1));
   for (std::size_t i = 0; i < level.frame().size(); ++i) samples.normal_sum[i] = level.frame()[i].normal;
   for (int texel = 0; texel < level.texels(); ++texel) {
@@ -82,10 +81,9 @@ inline SamplesHeader samples_header_of(const Fabric& fabric) {
 }
 
 inline PairSamples truth_of(const Fabric& fabric, int count) {
-  PairSamples truth;
-  truth.width = fabric.levels[0].width;
-  truth.height = fabric.levels[0].height;
-  truth.pairs = random_direction_pairs(count, 0.3, 3);
+  PairSamples truth{.width = fabric.levels[0].width,
+                    .height = fabric.levels[0].height,
+                    .pairs = random_direction_pairs(count, 0.3, 3)};
   for (const DirectionPair& pair : truth.pairs) {
     for (int i = 0; i < truth.width * truth.height; ++i) {
       const Shading s = evaluate(fabric, 0, i % truth.width, i / truth.width, pair.light, pair.view);

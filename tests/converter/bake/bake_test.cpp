@@ -22,16 +22,14 @@ namespace {
 constexpr double pi = std::numbers::pi;
 
 BakeOptions small_bake() {
-  BakeOptions o;
-  o.width = 8;
-  o.height = 4;
-  o.views = 16;
-  o.lights = 64;
-  o.samples = 9;
-  o.validation_pairs = 2;
-  o.held_out_pairs = 4;
-  o.truth_samples = 16;
-  return o;
+  return {.width = 8,
+          .height = 4,
+          .views = 16,
+          .lights = 64,
+          .samples = 9,
+          .validation_pairs = 2,
+          .held_out_pairs = 4,
+          .truth_samples = 16};
 }
 
 struct Seen {

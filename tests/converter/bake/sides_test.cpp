@@ -18,15 +18,15 @@ namespace {
 constexpr double pi = std::numbers::pi;
 
 BakeOptions small_bake() {
-  BakeOptions o;
-  o.width = o.height = 4;
-  o.views = 16;
-  o.lights = 64;
-  o.samples = 64;
-  o.validation_pairs = o.held_out_pairs = 0;
-  o.truth_samples = 16;
-  o.both_sides = true;
-  return o;
+  return {.width = 4,
+          .height = 4,
+          .views = 16,
+          .lights = 64,
+          .samples = 64,
+          .both_sides = true,
+          .validation_pairs = 0,
+          .held_out_pairs = 0,
+          .truth_samples = 16};
 }
 
 Samples baked(const CellMesh& mesh, const BakeOptions& options) {

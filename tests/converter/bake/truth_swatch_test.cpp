@@ -19,10 +19,7 @@ namespace {
 constexpr double pi = std::numbers::pi;
 
 Light light_from(const V3f& direction, const V3f& irradiance) {
-  Light light;
-  light.direction = V3d(direction).normalized();
-  light.irradiance = irradiance;
-  return light;
+  return {.direction = V3d(direction).normalized(), .irradiance = irradiance};
 }
 
 /// One repeat as a parallel camera sees it whose image plane is the cloth: pixels are texels.
@@ -50,8 +47,7 @@ TEST_CASE("a traced Lambert sheet is albedo / pi times the cosine times the ligh
   for (const SwatchView view : all_swatch_views) {
     SwatchShot shot = swatch_shot(view, mesh.period, 12, 9);
     shot.lights = {light_from({0.3F, -0.4F, 0.8F}, V3f(2, 1, 1)), light_from({0, 0, 1}, V3f(0.5F, 0, 0))};
-    TruthOptions options;
-    options.samples = 4;
+    TruthOptions options{.samples = 4};
     const TruthSwatch swatch = traced(mesh, shot, options);
     const double cosine = shot.lights[0].direction.z;
     for (const V4f& pixel : swatch.frame.pixels) {
@@ -82,13 +78,13 @@ TEST_CASE("a traced swatch of one repeat is what the bake sees, texel by texel")
   const auto mesh = test::need(load_cell("plain-knit"));
   constexpr int width = 8;
   constexpr int height = 6;
-  BakeOptions bake_options;
-  bake_options.width = width;
-  bake_options.height = height;
-  bake_options.views = bake_options.lights = 1;
-  bake_options.samples = 2;
-  bake_options.truth_samples = 256;
-  bake_options.bounces = 3;
+  BakeOptions bake_options{.width = width,
+                           .height = height,
+                           .views = 1,
+                           .lights = 1,
+                           .samples = 2,
+                           .bounces = 3,
+                           .truth_samples = 256};
   const std::vector<DirectionPair> pairs{
       {V3f(V3d(0.2, 0.3, 0.9).normalized()), V3f(0, 0, 1)},
       {V3f(V3d(-0.6, 0.1, 0.7).normalized()), V3f(V3d(0.7, -0.4, 0.4).normalized())}};
@@ -97,9 +93,7 @@ TEST_CASE("a traced swatch of one repeat is what the bake sees, texel by texel")
   const Baked baked = test::need(bake(mesh, "test", bake_options));
   const PairSamples& truth = baked.samples.pairs[index_of(PairKind::held_out)];
   for (std::size_t p = 0; p < pairs.size(); ++p) {
-    TruthOptions options;
-    options.samples = 256;
-    options.bounces = 3;
+    TruthOptions options{.samples = 256, .bounces = 3};
     const TruthSwatch swatch =
         traced(mesh, texels_of(mesh, width, height, pairs[p].view, pairs[p].light), options);
     double squared = 0;
@@ -132,11 +126,8 @@ TEST_CASE("a traced swatch of one repeat is what the bake sees, texel by texel")
 TEST_CASE("the noise of a traced swatch is its distance from one with many rays") {
   const auto mesh = test::need(load_cell("plain-weave"));
   const SwatchShot shot = swatch_shot(SwatchView::middle, mesh.period, 24, 18);
-  TruthOptions few;
-  few.samples = 16;
-  TruthOptions many;
-  many.samples = 1024;
-  many.seed = 2;
+  TruthOptions few{.samples = 16};
+  TruthOptions many{.samples = 1024, .seed = 2};
   const TruthSwatch a = traced(mesh, shot, few);
   const TruthSwatch b = traced(mesh, shot, many);
   double squared = 0;

@@ -43,15 +43,16 @@ CellMesh mesh_of(const std::string& stitch, const StitchSettings& settings) {
 }
 
 BakedYarn bake_mesh(const CellMesh& mesh, int bounces = unlimited_bounces) {
-  BakeOptions options;
-  options.width = options.height = 8;
-  options.views = options.lights = 4;
-  options.samples = 1;
-  options.bounces = bounces;
-  options.validation_pairs = 1;
-  options.held_out_pairs = 24;
-  options.truth_samples = 128;
-  options.stores_yarns = true;
+  BakeOptions options{.width = 8,
+                      .height = 8,
+                      .views = 4,
+                      .lights = 4,
+                      .samples = 1,
+                      .bounces = bounces,
+                      .validation_pairs = 1,
+                      .held_out_pairs = 24,
+                      .truth_samples = 128,
+                      .stores_yarns = true};
   Samples samples = need(bake(mesh, "stitch", options)).samples;
   BakedYarn baked{samples.header, std::move(samples.pairs[index_of(PairKind::held_out)]),
                   std::move(samples.yarns)};
@@ -152,9 +153,7 @@ TEST_CASE("a yarn that lies alone has no light but its own") {
   StitchPattern pattern;
   pattern.name = "alone";
   pattern.period_mm = {4, 40};
-  Yarn yarn;
-  yarn.radius_mm = 0.5;
-  yarn.segments = {{V3d(0, 2, 0), V3d(1, 2, 0), V3d(3, 2, 0), V3d(4, 2, 0)}};
+  Yarn yarn{.radius_mm = 0.5, .segments = {{V3d(0, 2, 0), V3d(1, 2, 0), V3d(3, 2, 0), V3d(4, 2, 0)}}};
   pattern.yarns = {yarn};
   YarnCell cell = need(yarn_cell_of(pattern));
   YarnData& data = cell.yarns;
@@ -176,13 +175,14 @@ namespace {
 /// Fraction of even light from all around that the cloth sends to each view, with its holes filled by that
 /// light.
 std::vector<double> seen_in_furnace(const YarnCell& cell) {
-  BakeOptions o;
-  o.width = o.height = 8;
-  o.views = 16;
-  o.lights = 256;
-  o.samples = 36;
-  o.validation_pairs = o.held_out_pairs = 0;
-  o.both_sides = true;
+  BakeOptions o{.width = 8,
+                .height = 8,
+                .views = 16,
+                .lights = 256,
+                .samples = 36,
+                .both_sides = true,
+                .validation_pairs = 0,
+                .held_out_pairs = 0};
   const Samples samples = need(bake(cell, "furnace", o)).samples;
   const std::vector<V3f> lights = cell_directions(samples.header.lights, true);
   const std::size_t texels = samples.header.texels();

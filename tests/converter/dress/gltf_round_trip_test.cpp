@@ -55,9 +55,7 @@ TEST_CASE("tinygltf keeps extension, embedded fabric and transforms") {
       CAPTURE(embed);
       CAPTURE(binary);
       const std::string ending = binary ? ".glb" : ".gltf";
-      DressOptions options;
-      options.all_cloth = true;
-      options.embed = embed;
+      DressOptions options{.all_cloth = true, .embed = embed};
       REQUIRE(dress(folder / "sheet.glb", folder / "net.exr", folder / ("dressed" + ending), options));
       REQUIRE(pass_through_tinygltf(folder / ("dressed" + ending), folder / ("again" + ending), binary) ==
               "");

@@ -45,10 +45,7 @@ V2d apply(const UsdTransform2d& transform, const V2d& st) {
 TEST_CASE("usd: the transform takes (u, 1 - v) to where glTF's takes (u, v), v turned over") {
   for (const double rotation : {0.0, 0.3, std::numbers::pi / 2, -2.0}) {
     for (const V2d& scale : {V2d(1, 1), V2d(200, 250), V2d(-3, 0.5)}) {
-      UvTransform transform;
-      transform.scale = scale;
-      transform.rotation = rotation;
-      transform.offset = V2d(0.25, -7);
+      UvTransform transform{.offset = V2d(0.25, -7), .rotation = rotation, .scale = scale};
       for (const V2d& uv : {V2d(0, 0), V2d(1, 0), V2d(0, 1), V2d(-1.5, 0.7)}) {
         const V2d wanted = transform.apply(uv);
         const V2d got = apply(usd_transform(transform), V2d(uv.x, 1 - uv.y));

@@ -47,8 +47,7 @@ TEST_CASE("rays count the cover of hairs less what these pass, singly and in pac
         REQUIRE(scene.trace(std::span(&origin, 1), {0, 0, -1}, points) == 1);
         packed += points[0].hair_point >= 0;
         CHECK((points[0].hair_point >= 0) == (point.hair_point >= 0));
-        SurfacePoint below;
-        below.position = V3f(V3d(origin.x, origin.y, 0));
+        SurfacePoint below{.position = V3f(V3d(origin.x, origin.y, 0))};
         shadows += scene.is_occluded(below, {0, 0, 1});
       }
       const double expected = 0.2 * (1 - static_cast<double>(passed)) * side * side;

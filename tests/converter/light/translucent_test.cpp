@@ -38,11 +38,10 @@ CellMesh plies(double transmission, const V3f& albedo) {
 TEST_CASE("a translucent yarn by itself sends away of even light what the albedo of its wall is made for") {
   // 1 - (1 - a)^(1 + gain t^2), in three colours; neighbours 40 mm away fill 1/80 of what it sees.
   StitchPattern pattern{"alone", {4, 40}, {}};
-  Yarn yarn;
-  yarn.radius_mm = 0.5;
-  yarn.albedo = {0.1F, 0.4F, 0.8F};
-  yarn.transmission = 0.7;
-  yarn.segments = {{V3d(0, 2, 0), V3d(1, 2, 0), V3d(3, 2, 0), V3d(4, 2, 0)}};
+  Yarn yarn{.radius_mm = 0.5,
+            .albedo = {0.1F, 0.4F, 0.8F},
+            .segments = {{V3d(0, 2, 0), V3d(1, 2, 0), V3d(3, 2, 0), V3d(4, 2, 0)}},
+            .transmission = 0.7};
   pattern.yarns = {yarn};
   const RayScene scene = scene_of(need(mesh_stitch(pattern, {240})));
   const PathTracer tracer(scene, unlimited_bounces);

@@ -19,14 +19,14 @@ namespace {
 constexpr int texels = 8;
 
 BakeOptions bake_options(int texels_of_it, int pairs, std::uint64_t seed) {
-  BakeOptions o;
-  o.width = o.height = texels_of_it;
-  o.views = o.lights = 36;
-  o.held_out_pairs = pairs;
-  o.validation_pairs = 0;
-  o.truth_samples = 8;
-  o.seed = seed;
-  return o;
+  return {.width = texels_of_it,
+          .height = texels_of_it,
+          .views = 36,
+          .lights = 36,
+          .validation_pairs = 0,
+          .held_out_pairs = pairs,
+          .truth_samples = 8,
+          .seed = seed};
 }
 
 /// Held-out errors of the paper's model, fitted to samples, on pairs of others.
@@ -50,10 +50,10 @@ TEST_CASE("a traced weave comes back from pictures with noise and shifts, within
   test::need(
       test::photograph(photographed.pairs[index_of(PairKind::held_out)], 260, folder / "pictures", photo));
 
-  ImportOptions options;
-  options.width_mm = mesh.period.x * photo.size.x / photo.period.x;
-  options.texels = V2i(texels, texels);
-  options.views = options.lights = 36;
+  ImportOptions options{.width_mm = mesh.period.x * photo.size.x / photo.period.x,
+                        .texels = V2i(texels, texels),
+                        .views = 36,
+                        .lights = 36};
   const std::string table = folder / "pictures/table.csv";
   const ImportReport report = test::need(import_pictures(table, options, folder / "import.exr"));
   CHECK(report.picture_count == 260);
@@ -82,9 +82,7 @@ TEST_CASE("a traced weave comes back from pictures with noise and shifts, within
 
 TEST_CASE("pictures that do not go together are refused in one line") {
   const test::Folder folder;
-  PairSamples samples;
-  samples.width = samples.height = 1;
-  samples.pairs = random_direction_pairs(20, 0.15, 3);
+  PairSamples samples{.width = 1, .height = 1, .pairs = random_direction_pairs(20, 0.15, 3)};
   samples.alpha.assign(20, 1);
   samples.radiance.assign(20, V3f(0.1F));
   test::PhotographOptions photo;
@@ -92,8 +90,7 @@ TEST_CASE("pictures that do not go together are refused in one line") {
   photo.noise = 0;
   test::need(test::photograph(samples, 20, folder / "p", photo));
   const std::string table = folder / "p/table.csv";
-  ImportOptions options;
-  options.width_mm = 16;
+  ImportOptions options{.width_mm = 16};
   const auto refused = [&](Code code, const std::string& why) {
     const Error error = test::error_of(import_pictures(table, options, folder / "o.exr"));
     CAPTURE(to_line(error));

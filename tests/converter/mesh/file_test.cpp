@@ -203,8 +203,7 @@ TEST_CASE("OBJ comments, continued lines, byte order marks and every kind of lin
       "\xef\xbb\xbfv 0 0 0 # corner\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 \\\n3 4 # quad\n";
   const std::string old = "v 0 0 0\rv 1 0 0\rv 1 1 0\rv 0 1 0\rf 1 2 3 4\r";
   const test::Folder folder;
-  MeshImportOptions options;
-  options.period = V2d(1, 1);
+  MeshImportOptions options{.period = V2d(1, 1)};
   for (const std::string& text : {plain, marked, old}) {
     test::write_bytes(folder / "a.obj", text);
     const auto mesh = read_mesh(folder / "a.obj", options);

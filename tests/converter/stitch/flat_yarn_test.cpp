@@ -54,9 +54,7 @@ double perimeter_of(double a, double b) {
 }
 
 StitchPattern woven(double radius, double flattening) {
-  Yarn yarn;
-  yarn.radius_mm = radius;
-  yarn.flattening = flattening;
+  Yarn yarn{.radius_mm = radius, .flattening = flattening};
   return draw_weave({{yarn, yarn}, {yarn, yarn}, {1, 1}, {1, 1}, {true, false, false, true}}, "woven");
 }
 

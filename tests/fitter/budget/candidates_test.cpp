@@ -89,8 +89,7 @@ TEST_CASE("products are as bright as the validation pairs and measured ones, wit
 TEST_CASE("the choice of layers scales with the radiance") {
   const Fabric fabric = patterned(16, 16);
   SamplesHeader header = samples_header_of(fabric);
-  FitOptions options;
-  options.lobes = 1;
+  FitOptions options{.lobes = 1};
   std::vector<std::string> layers;
   for (const float factor : {1.0F, 0x1p-90F, 0x1p-30F, 0x1p30F, 0x1p90F}) {
     CAPTURE(factor);

@@ -62,8 +62,7 @@ double cost_at(ChannelProblem& problem, ChannelState state, std::size_t unknown,
 
 TEST_CASE("the cost of a state is what the formula of lafortune.h gives") {
   const TexelSamples samples = rough_texel(1, {8, 8});
-  FitOptions options;
-  options.ridge = 0;
+  FitOptions options{.ridge = 0};
   ChannelProblem problem(samples, 1, options);
   ChannelState state;
   state.shapes = {{{0.8, -1, 0.3}, 2.7}, {{-0.5, -0.4, 1}, 19}};
@@ -93,8 +92,7 @@ TEST_CASE("the cost of a state is what the formula of lafortune.h gives") {
 
 TEST_CASE("the gradient belongs to the cost") {
   const TexelSamples samples = rough_texel(2, {8, 8});
-  FitOptions options;
-  options.ridge = 1e-3;
+  FitOptions options{.ridge = 1e-3};
   ChannelProblem problem(samples, 0, options);
   StartSearch search;
   search.set_samples(samples);

@@ -13,15 +13,11 @@
 using namespace selvedge;
 
 TEST_CASE("coefficients at no price are rounded to multiples of the step, and weak products go") {
-  BasisFit products;
-  products.view_functions = {{1}};
-  products.light_functions = {{1}, {1}};
-  products.pairs = {{0, 0}, {0, 1}};
-  products.coefficient = {1.1F, 0.01F, -0.9F, 0.02F};
-  Quantisation how;
-  how.step = 0.25F;
-  how.min_rms = 0.5F;
-  how.row_texels = 2;
+  BasisFit products{.view_functions = {{1}},
+                    .light_functions = {{1}, {1}},
+                    .pairs = {{0, 0}, {0, 1}},
+                    .coefficient = {1.1F, 0.01F, -0.9F, 0.02F}};
+  Quantisation how{.step = 0.25F, .min_rms = 0.5F, .row_texels = 2};
   const BasisFit coarse = quantise(products, how);
   CHECK(kept_pair_count(products, how) == 1);
   CHECK(coarse.pairs == std::vector<V2i>{{0, 0}});
@@ -38,9 +34,7 @@ TEST_CASE("the higher the price of a bit, the fewer bytes the coefficients take"
   Random random(7);
   for (int i = 0; i < 3 * 32 * 32; ++i)
     products.coefficient.push_back(static_cast<float>(std::pow(2 * random.uniform() - 1, 3)));
-  Quantisation how;
-  how.step = 0.125F;
-  how.row_texels = 32;
+  Quantisation how{.step = 0.125F, .row_texels = 32};
   double last = 1e9;
   double last_error = 0;
   for (const float price : {0.0F, 0.2F, 1.0F, 5.0F}) {

@@ -14,10 +14,7 @@ TEST_CASE("texels that are products of few functions are found again") {
   Random random(2);
   std::vector<SampleLevel> levels;
   for (const int width : {4, 2}) {
-    SampleLevel level;
-    level.width = level.height = width;
-    level.views = views.count();
-    level.lights = lights.count();
+    SampleLevel level{.width = width, .height = width, .views = views.count(), .lights = lights.count()};
     level.normal_sum.assign(width * width, V3f(0, 0, 1));
     for (int texel = 0; texel < width * width; ++texel) {
       const auto a = static_cast<float>(random.uniform());

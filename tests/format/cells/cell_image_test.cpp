@@ -68,9 +68,8 @@ TEST_CASE("a point of an image is lit as Yarns lights it: strands, gloss, indire
   int of_hairs = 0;
   int apart = 0;
   for (int round = 0; round < 400; ++round) {
-    CellView view;
-    view.view = upwards(random);
-    view.lamps = {{upwards(random), V3f(1, 2, 3)}, {upwards(random), V3f(0.5F)}};
+    CellView view{.view = upwards(random),
+                  .lamps = {{upwards(random), V3f(1, 2, 3)}, {upwards(random), V3f(0.5F)}}};
     const bool behind = round % 2 == 1;
     if (behind) view.lamps[1].direction.z *= -1;
     std::vector<test::CellPoint> points;
@@ -160,9 +159,8 @@ TEST_CASE("hairs drawn as lines are as bright and as opaque as fine samples of t
   const Yarns yarns(stranded(random, true), period);
   const CellYarn cell(yarns, plane, {});
   CellShadows shadows(cell);
-  CellView view;
-  view.view = V3f(0.2F, -0.3F, 0.9F).normalized();
-  view.lamps = {{V3f(-0.4F, 0.3F, 0.8F).normalized(), V3f(1, 1, 1)}};
+  CellView view{.view = V3f(0.2F, -0.3F, 0.9F).normalized(),
+                .lamps = {{V3f(-0.4F, 0.3F, 0.8F).normalized(), V3f(1, 1, 1)}}};
   const V2f pixel(1 / 12.0F, 1 / 12.0F);
   view.hair_shadows = false;
   CellScratch scratch;
@@ -188,9 +186,8 @@ TEST_CASE("an image has the mean radiance and opacity of rays with shadows, what
   Random random(7);
   const Yarns yarns(stranded(random, false), period);
   const CellYarn cell(yarns, plane, {});
-  CellView view;
-  view.view = V3f(0.3F, -0.2F, 0.9F).normalized();
-  view.lamps = {{V3f(-0.5F, 0.3F, 0.8F).normalized(), V3f(1, 1, 1)}};
+  CellView view{.view = V3f(0.3F, -0.2F, 0.9F).normalized(),
+                .lamps = {{V3f(-0.5F, 0.3F, 0.8F).normalized(), V3f(1, 1, 1)}}};
   V3d radiance(0, 0, 0);
   double opacity = 0;
   constexpr int side = 160;
@@ -250,9 +247,9 @@ TEST_CASE("images of cells of 0.01 mm and 10 m, of grazing views and lights, and
     const std::vector<float> sky = sky_transfer(yarns);
     const CellYarn cell(yarns, plane * scale, sky);
     for (const V2f& pixel : {V2f(0.01F, 1.0F), V2f(1000.0F, 1e-9F), V2f(0.1F, 0.1F)}) {
-      CellView view;
-      view.view = V3f(0.99996F, 0.001F, 0.0087F).normalized();
-      view.lamps = {{V3f(-0.9999F, 0.01F, 0.001F).normalized(), V3f(1e12F), 0}, {V3f(0, 0, -1), V3f(1), 1}};
+      CellView view{
+          .view = V3f(0.99996F, 0.001F, 0.0087F).normalized(),
+          .lamps = {{V3f(-0.9999F, 0.01F, 0.001F).normalized(), V3f(1e12F), 0}, {V3f(0, 0, -1), V3f(1), 1}}};
       view.environment.emplace().coefficients.fill(V3f(0.5F));
       view.plane_count = 2;
       view.size = cell_size(pixel, 2);
@@ -302,9 +299,8 @@ TEST_CASE("a thousand fat curves in a cell are refused, and as many as may be ma
   test::need(validate(fat, {side, side}));
   const Yarns yarns(std::move(fat), {side, side});
   const CellYarn cell(yarns, 1, {});
-  CellView view;
-  view.lamps = {{V3f(0.9999F, 0.01F, 0.001F).normalized(), V3f(1)}};
-  view.size = cell_size({1 / 64.0F, 1 / 64.0F}, 4);
+  CellView view{.lamps = {{V3f(0.9999F, 0.01F, 0.001F).normalized(), V3f(1)}},
+                .size = cell_size({1 / 64.0F, 1 / 64.0F}, 4)};
   CellShadows shadows(cell);
   CellScratch scratch;
   CellImage image;

@@ -14,13 +14,11 @@ using test::Folder;
 namespace {
 
 ExrPart part_of(const char* name, int width, int height, bool half, bool mipmapped = false) {
-  ExrPart part;
-  part.name = name;
-  part.width = width;
-  part.height = height;
-  part.has_mipmaps = mipmapped;
-  part.channels = {{"b", half}, {"a", half}};
-  return part;
+  return {.name = name,
+          .width = width,
+          .height = height,
+          .has_mipmaps = mipmapped,
+          .channels = {{"b", half}, {"a", half}}};
 }
 
 /// Both planes count their pixels, the second one backwards.

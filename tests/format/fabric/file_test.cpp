@@ -71,8 +71,7 @@ TEST_CASE("values that half precision cannot hold are refused with their place, 
   CHECK(error.code == Code::fabric_not_finite);
   CHECK(error.place == "table/table.0001.green/pixel 1,0");
   CHECK(folder.files() == 0);
-  FabricWriteOptions wide;
-  wide.half_layers = {};
+  FabricWriteOptions wide{.half_layers = {}};
   CHECK(write_fabric(folder / "a.exr", fabric, wide));
 }
 
@@ -92,8 +91,7 @@ TEST_CASE("half precision keeps 11 bits up to 65504, steps of 2^-24 near 0, and 
   std::vector<float> table;
   for (const auto& [given, stored] : kept) table.insert(table.end(), 3, given);
   fabric.levels[0].set_layer(LayerKind::table, {27, table});
-  FabricWriteOptions options;
-  options.half_layers = LayerSet::all();
+  FabricWriteOptions options{.half_layers = LayerSet::all()};
   test::need(write_fabric(folder / "a.exr", fabric, options));
   const Fabric read = test::need(read_fabric(folder / "a.exr"));
   for (std::size_t i = 0; i < kept.size(); ++i) CHECK(read.levels[0].view_table()[i].x == kept[i][1]);

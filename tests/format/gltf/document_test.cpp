@@ -203,12 +203,10 @@ TEST_CASE("gltf: pictures are found from another folder, or go into the GLB byte
 TEST_CASE("gltf: the texture transform turns as Khronos' test model does") {
   // TextureTransformTest: the arrow's tip is at (0.7778, 0.7778) of the picture; the green marker for
   // rotation 22.5 degrees lies at (0.4210, 1.0163) of the quad, the one for scale 1.5 at (0.5185, 0.5185).
-  UvTransform turned;
-  turned.rotation = 0.39269908169872414;
+  UvTransform turned{.rotation = 0.39269908169872414};
   CHECK((turned.apply(V2d(0.42095177560159874, 1.0162674857624154)) - V2d(0.7778174593, 0.7778174593))
             .length() < 1e-9);
-  UvTransform scaled;
-  scaled.scale = V2d(1.5, 1.5);
+  UvTransform scaled{.scale = V2d(1.5, 1.5)};
   CHECK(
       (scaled.apply(V2d(0.5185449728701348, 0.5185449728701348)) - V2d(0.7778174593, 0.7778174593)).length() <
       1e-9);

@@ -310,7 +310,6 @@ TEST_CASE("PLY garments without faces, with pictures outside or too large are re
   CHECK(ply_refusal(with("255 1 1", "255 nan 1")).code == Code::file_damaged);
   CHECK(ply_refusal(with("element face 1", "element hair 1")).code == Code::gltf_malformed);
   CHECK(ply_refusal(with("TextureFile the red.png", "TextureFile ../../a.png")).code == Code::gltf_reference);
-  GltfLimits little;
-  little.memory = good.size() + 500;
+  GltfLimits little{.memory = good.size() + 500};
   CHECK(test::error_of(load_mesh_document(good, "g.ply", little)).code == Code::file_too_large);
 }

@@ -185,8 +185,7 @@ TEST_CASE("the library evaluates as the reference does, and says nothing where t
 TEST_CASE("a fabric beyond the limits that a program sets is refused") {
   const Written written;
   FabricProblem problem;
-  FabricReadOptions options;
-  options.max_texels_per_side = 6;
+  FabricReadOptions options{.max_texels_per_side = 6};
   CHECK(FabricFile::open(written.path, &problem, options));
   options.max_texels_per_side = 5;
   CHECK_FALSE(FabricFile::open(written.path, &problem, options));

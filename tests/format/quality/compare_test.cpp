@@ -15,9 +15,7 @@ namespace {
 
 /// A truth that is the same everywhere: `count` random views of 4 x 4 texels, with light at l_z = 1/2.
 PairSamples constant_truth(int count, float radiance, float alpha) {
-  PairSamples truth;
-  truth.width = truth.height = 4;
-  truth.pairs = random_direction_pairs(count, 0.15, 1);
+  PairSamples truth{.width = 4, .height = 4, .pairs = random_direction_pairs(count, 0.15, 1)};
   for (DirectionPair& pair : truth.pairs) pair.light = V3f(std::sqrt(0.75F), 0, 0.5F);
   const std::size_t values = static_cast<std::size_t>(count) * 16;
   truth.alpha.assign(values, alpha);

@@ -14,9 +14,7 @@ namespace {
 
 /// Random radiance and opacity for random pairs, of 8 x 8 texels.
 PairSamples random_truth(int count, std::uint64_t seed) {
-  PairSamples truth;
-  truth.width = truth.height = 8;
-  truth.pairs = random_direction_pairs(count, 0.15, seed);
+  PairSamples truth{.width = 8, .height = 8, .pairs = random_direction_pairs(count, 0.15, seed)};
   Random random(seed);
   for (int i = 0; i < count * 64; ++i) {
     truth.alpha.push_back(test::uniform(random, 0, 1));

@@ -21,14 +21,13 @@ TEST_CASE("the fractions of a coarse texel sum to 1 and cover every fine texel o
 }
 
 TEST_CASE("pooling weights radiance by opacity and averages opacity by area") {
-  SampleLevel fine;
-  fine.width = 2;
-  fine.height = 1;
-  fine.views = 1;
-  fine.lights = 1;
-  fine.alpha = {1.0F, 0.25F};
-  fine.normal_sum = {V3f(0, 0, 1), V3f(0.25F, 0, 0)};
-  fine.radiance = {V3f(1, 1, 1), V3f(5, 5, 5)};
+  SampleLevel fine{.width = 2,
+                   .height = 1,
+                   .views = 1,
+                   .lights = 1,
+                   .alpha = {1.0F, 0.25F},
+                   .normal_sum = {V3f(0, 0, 1), V3f(0.25F, 0, 0)},
+                   .radiance = {V3f(1, 1, 1), V3f(5, 5, 5)}};
   const SampleLevel coarse = pool(fine);
   CHECK(coarse.width == 1);
   CHECK(coarse.alpha[0] == doctest::Approx(0.625));

@@ -31,10 +31,7 @@ TEST_CASE("the camera shows all points, and fills the frame") {
   for (const Projection projection : {Projection::perspective, Projection::parallel}) {
     for (const double elevation : {-90.0, -20.0, 0.0, 35.0, 90.0}) {
       for (const double aspect : {0.5, 1.0, 1.8}) {
-        CameraOptions options;
-        options.projection = projection;
-        options.azimuth = 70;
-        options.elevation = elevation;
+        CameraOptions options{.projection = projection, .azimuth = 70, .elevation = elevation};
         const Camera camera = test::need(make_camera(cloud(), aspect, options));
         double reach = 0;
         for (const V3d& p : cloud()) {
@@ -51,11 +48,7 @@ TEST_CASE("the camera shows all points, and fills the frame") {
 }
 
 TEST_CASE("the view direction at a pixel points from the surface to the viewer") {
-  CameraOptions options;
-  options.azimuth = 20;
-  options.elevation = 30;
-  options.zoom = 2;
-  options.zoom_centre = V2d(0.3, 0.6);
+  CameraOptions options{.azimuth = 20, .elevation = 30, .zoom = 2, .zoom_centre = V2d(0.3, 0.6)};
   const Camera camera = test::need(make_camera(cloud(), 1.5, options));
   for (const V3d& p : cloud()) {
     const V3d q = to_image(camera, p);
@@ -65,13 +58,12 @@ TEST_CASE("the view direction at a pixel points from the surface to the viewer")
 }
 
 TEST_CASE("an oblique parallel camera shows its image plane undistorted") {
-  Camera camera;
-  camera.projection = Projection::parallel;
-  camera.position = V3d(1, 2, 3);
-  camera.to_viewer = V3d(0.8, -0.3, 0.4).normalized();
-  camera.window_half_size = V2d(2, 5);
-  camera.near = -10;
-  camera.far = 10;
+  Camera camera{.projection = Projection::parallel,
+                .position = V3d(1, 2, 3),
+                .to_viewer = V3d(0.8, -0.3, 0.4).normalized(),
+                .window_half_size = V2d(2, 5),
+                .near = -10,
+                .far = 10};
   const V3d q = to_image(camera, V3d(1 + 1, 2 - 2.5, 3));
   CHECK(q.x == doctest::Approx(0.5));
   CHECK(q.y == doctest::Approx(-0.5));
@@ -97,11 +89,7 @@ TEST_CASE("zoom enlarges around the focus") {
 }
 
 TEST_CASE("look-at puts its point into the middle at the given distance") {
-  CameraOptions options;
-  options.azimuth = 33;
-  options.elevation = 12;
-  options.look_at = V3d(4, 0.5, 1);
-  options.distance = 2.5;
+  CameraOptions options{.azimuth = 33, .elevation = 12, .look_at = V3d(4, 0.5, 1), .distance = 2.5};
   const Camera camera = test::need(make_camera(cloud(), 1, options));
   const V3d q = to_image(camera, V3d(4, 0.5, 1));
   CHECK(std::abs(q.x) < 1e-12);
@@ -110,8 +98,7 @@ TEST_CASE("look-at puts its point into the middle at the given distance") {
 }
 
 TEST_CASE("azimuth 90 looks from +x and elevation 90 from above") {
-  CameraOptions options;
-  options.azimuth = 90;
+  CameraOptions options{.azimuth = 90};
   CHECK(make_camera(cloud(), 1, options)->image_normal().x == doctest::Approx(1));
   options.elevation = 90;
   CHECK(make_camera(cloud(), 1, options)->image_normal().y == doctest::Approx(1));
@@ -120,8 +107,7 @@ TEST_CASE("azimuth 90 looks from +x and elevation 90 from above") {
 TEST_CASE("a single point can be looked at") {
   const std::vector<V3d> point{V3d(1, 2, 3)};
   for (const Projection projection : {Projection::perspective, Projection::parallel}) {
-    CameraOptions options;
-    options.projection = projection;
+    CameraOptions options{.projection = projection};
     const Camera camera = test::need(make_camera(point, 1, options));
     const V3d q = to_image(camera, point[0]);
     CHECK(std::abs(q.x) < 1e-6);

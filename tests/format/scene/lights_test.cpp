@@ -9,19 +9,14 @@ namespace selvedge {
 namespace {
 
 TEST_CASE("a light far away is the same everywhere") {
-  Light light;
-  light.direction = V3d(0, 0.6, 0.8);
-  light.irradiance = V3f(2, 3, 4);
+  Light light{.direction = V3d(0, 0.6, 0.8), .irradiance = V3f(2, 3, 4)};
   const Illumination one = illumination_at(light, V3d(100, -7, 3));
   CHECK(one.direction == light.direction);
   CHECK(one.irradiance == light.irradiance);
 }
 
 TEST_CASE("a point light falls off with the square of the distance") {
-  Light light;
-  light.kind = LightKind::point;
-  light.position = V3d(1, 2, 3);
-  light.irradiance = V3f(8, 4, 2);
+  Light light{.irradiance = V3f(8, 4, 2), .kind = LightKind::point, .position = V3d(1, 2, 3)};
   const Illumination near = illumination_at(light, V3d(1, 2, 4));
   CHECK(near.direction == V3d(0, 0, -1));
   CHECK(near.irradiance == V3f(8, 4, 2));
@@ -32,9 +27,7 @@ TEST_CASE("a point light falls off with the square of the distance") {
 }
 
 TEST_CASE("a light's range ends it") {
-  Light light;
-  light.kind = LightKind::point;
-  light.range = 2;
+  Light light{.kind = LightKind::point, .range = 2};
   // The window of KHR_lights_punctual: 1 - (distance / range)^4.
   CHECK(illumination_at(light, V3d(1, 0, 0)).irradiance.x == doctest::Approx(1 - 1.0 / 16));
   CHECK(illumination_at(light, V3d(2, 0, 0)).irradiance == V3f(0));
@@ -42,8 +35,7 @@ TEST_CASE("a light's range ends it") {
 }
 
 TEST_CASE("a spot light is full within its inner cone and dark outside of the outer one") {
-  Light light;
-  light.kind = LightKind::spot;
+  Light light{.kind = LightKind::spot};
   light.direction = V3d(0, 0, 1);  // it shines along -z
   light.inner_cosine = std::cos(0.2);
   light.outer_cosine = std::cos(0.6);
