@@ -21,6 +21,11 @@ constexpr double chord_gap = 0.006;
 /// Loops that one tile of the Hessian holds; fewer than the second are not cut.
 constexpr double loops_a_tile = 64;
 constexpr double max_loops_a_tile = 128;
+/// Friction of yarn that slides from a loop into the next: slid yarn, in loops, times this is the difference
+/// of tensions that it bears, in units of bending stiffness by radius squared (chosen). Sweeps of Jacobi's
+/// method.
+constexpr double friction = 2;
+constexpr int sliding_sweeps = 40;
 /// Fraction of its radius to which soft yarn gives way while the cloth takes its size.
 constexpr double soft_core = 0.85;
 /// Sections of soft yarn (as in yarn_relax.cpp): strain for a contact force of 1, its bound a step; what a
@@ -103,7 +108,7 @@ KnitCloth::KnitCloth(const DrawnKnit& knit, double gap_radii, const std::vector<
   squeezes_.resize(count, V3d(0));
   strains_.resize(count, Imath::M33d(0.0));
   gradient_.points.resize(count);
-  set_lengths(1, 1);
+  set_lengths();
 }
 
 /// Cuts large cloth into tiles: the factor of a whole one would take more memory than all else.
@@ -167,13 +172,46 @@ V3d KnitCloth::before(const Chain& chain, std::uint32_t i) const {
   return i > chain.begin ? points_[i - 1] : points_[chain.end - 1] - way(chain);
 }
 
-void KnitCloth::set_lengths(double part, double float_factor) {
-  for (const Chain& chain : chains_)
+void KnitCloth::set_lengths() {
+  for (const Chain& chain : chains_) {
+    double taken = chain.parts.back().slid;
     for (const Part& p : chain.parts) {
-      const double length = p.length * (p.is_loop ? 1 : float_factor);
+      const double length = p.length * (p.is_loop ? 1 : float_factor_);
       std::fill(lengths_.begin() + p.begin, lengths_.begin() + p.end,
-                (p.drawn + (length - p.drawn) * part) / (p.end - p.begin));
+                (p.drawn + (length - p.drawn) * lengthened_ + p.slid - taken) / (p.end - p.begin));
+      taken = p.slid;
     }
+  }
+}
+
+/// Yarn slides over the feet between the parts of a row into the tighter one, until friction holds the
+/// difference.
+void KnitCloth::slide() {
+  for (Chain& chain : chains_) {
+    const std::size_t count = chain.parts.size();
+    std::vector<double> tensions(count), taken(count, 0), last;
+    double row = 0;
+    for (std::size_t p = 0; p < count; ++p) {
+      const Part& part = chain.parts[p];
+      double length = 0;
+      for (std::uint32_t i = part.begin; i < part.end; ++i) length += length_of(along(i));
+      const double rest = lengths_[part.begin] * (part.end - part.begin);
+      row += rest;
+      tensions[p] = stiffness_ * stretch_stiffness * (length / rest - 1);
+    }
+    const double mean = row / static_cast<double>(count);
+    for (int sweep = 0; sweep < sliding_sweeps; ++sweep) {
+      last = taken;
+      for (std::size_t p = 0; p < count; ++p) {
+        const std::size_t next = p + 1 < count ? p + 1 : 0;
+        const double slope = (tensions[p] - tensions[next]) * mean - friction * chain.parts[p].slid;
+        taken[p] = (slope + stretch_stiffness * (last[next] + last[p > 0 ? p - 1 : count - 1])) /
+                   (friction + 2 * stretch_stiffness);
+      }
+    }
+    for (std::size_t p = 0; p < count; ++p) chain.parts[p].slid += taken[p];
+  }
+  set_lengths();
 }
 
 void KnitCloth::set_radii() {

@@ -66,6 +66,7 @@ class KnitCloth {
     std::uint32_t begin, end;  ///< points
     bool is_loop;
     double drawn, length;  ///< mm
+    double slid = 0;       ///< mm of yarn that it has taken from the next part, at the cost of friction
   };
   struct Chain {
     std::uint32_t begin = 0, end = 0;
@@ -118,7 +119,8 @@ class KnitCloth {
   // knit_cloth.cpp: what rests.
   void set_tiles();
   void find_mirror();
-  void set_lengths(double part, double float_factor);
+  void set_lengths();
+  void slide();
   void set_radii();
   void press_sections();
   void set_sections();
@@ -167,6 +169,7 @@ class KnitCloth {
   std::vector<Pair> pairs_;
   double unit_ = 0;                            ///< radius of the thickest yarn, mm
   double grown_ = 1, swollen_ = 0, thin_ = 1;  ///< fractions of the radius; 0: a round core, 1: its section
+  double lengthened_ = 1;                      ///< part of the way from drawn to their own lengths
   double float_factor_ = 1;
   double height_ = 0;              ///< from the middle, mm, from which on it is pressed
   double flat_stiffness_ = 0.035;  ///< of that; more in the press

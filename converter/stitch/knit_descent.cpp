@@ -15,6 +15,7 @@ constexpr int stage_steps = 6;
 /// While pressed, soft sections are fitted to their contacts every so many steps; and such steps for each
 /// step of rest.
 constexpr int steps_between_section_fits = 3;
+constexpr int steps_between_slides = 3;
 constexpr int pressing_steps_per_rest_step = 2;
 /// The press that finishes soft cloth within these radii of its middle (ribs and cables are left to stand
 /// out): fraction of its height from which on it is pressed, and its stiffness.
@@ -69,13 +70,14 @@ void KnitCloth::rest(const ClothGoal& goal) {
     const double part = 1.0 * stage / stages;
     if (goal.grows) grown_ = start_fraction + (1 - start_fraction) * part;
     if (goal.presses) swollen_ = part;
-    set_lengths(goal.grows ? part : 1, floats + (goal.float_factor - floats) * part);
+    lengthened_ = goal.grows ? part : 1;
+    float_factor_ = floats + (goal.float_factor - floats) * part;
+    set_lengths();
     const V2d period = goal.period_mm.x > 0 ? begin + (goal.period_mm - begin) * part : begin;
     move_to(period);
     set_radii();
     converge(goal.presses ? 0 : stage_steps, goal.presses ? stage_steps : 0);
   }
-  float_factor_ = goal.float_factor;
   is_free_ = goal.is_free;
   if (goal.presses) stiffness_ = last_stiffness;
   converge(goal.max_steps, goal.presses ? pressing_steps_per_rest_step * goal.max_steps : 0);
@@ -111,6 +113,10 @@ void KnitCloth::converge(int max_steps, int pressing_steps) {
       residual_ = rested > 0 ? (last - value) / value : 1;
       if (residual_ < max_residual) return;
       last = value;
+    }
+    if (stiffness_ == 1 && k % steps_between_slides == 0) {
+      slide();
+      value = energy(gradient_);
     }
     if (since_factor >= steps_between_factors) {
       factor();
