@@ -77,6 +77,8 @@ std::optional<int> number_of(const Token& token) {
 void add_word(std::string word, const std::string& text, int line, Tokens& tokens) {
   if (const auto other = synonyms.find(word); other != synonyms.end()) word = other->second;
   if (fillers.contains(word)) return;
+  if (word.size() > 1 && word.find_first_not_of("0123456789") + 1 == word.size() && word.ends_with('x'))
+    word.replace(word.size() - 1, 1, "times");
   // "sl1-k1-psso", "m1-l", "k1tbl".
   std::string joined = word;
   std::erase(joined, '-');

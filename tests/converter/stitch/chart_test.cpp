@@ -305,7 +305,7 @@ TEST_CASE("written instructions are read as they are worked, and their repeat is
       {"Every row: k1, *p1, k1; rep from *\nRep row 1 for pattern.", "p k | k p"},
       // Seed stitch of one row: sides alternate.
       {"Row 1: *K1, p1; rep from * to last st, k1.\nRepeat row 1.", "p k | k p"},
-      {"Row 1: (k1, p1) twice\nRow 2: K the purls and p the knits", "p k | k p"},
+      {"Row 1: [k1, p1] 2x\nRow 2: K the purls and p the knits", "p k | k p"},
       {"Row 1 (WS): K 2, P 2\nRow 2: k the knits and p the purls", "p p k k"},
       // A decrease that is purled from the back is knit on the face.
       {"Row 1: knit\nRow 2: P1, yo, p2tog, p1", "k k k k | k o k-1,0 k"},

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <map>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 #include "converter/stitch/chart.h"
 #include "converter/stitch/implicit_surface.h"
@@ -170,8 +172,9 @@ std::pair<int, int> crossings_of(const LoopLine& a, const LoopLine& b) {
   return counts;
 }
 
-RelaxResult rested(const KnitChart& chart, const DrawnKnit& knit) {
+RelaxResult rested(const KnitChart& chart, const DrawnKnit& knit, Progress progress = {}) {
   RelaxOptions options;
+  options.progress = std::move(progress);
   options.may_thin = true;
   options.parts = knit.parts;
   options.gauge_mm = {chart.wale_mm, chart.course_mm};
@@ -391,4 +394,18 @@ TEST_CASE("cloths of the same loop lie beside plain knit as published and as kni
     CHECK(farthest >= cloth.min_slid);
     CHECK(rested(chart.knit, knit).pattern == relaxed.pattern);
   }
+}
+
+TEST_CASE("the progress of a knit rises with its steps, so that it tells the time left") {
+  const KnitChart chart = test::need(read_chart("2: k p p k\n1: k k p p", "chart")).knit;
+  std::vector<double> fractions;
+  const RelaxResult relaxed =
+      rested(chart, draw_knit(chart, "chart"), [&](double fraction) { fractions.push_back(fraction); });
+  CHECK(static_cast<int>(fractions.size()) == relaxed.steps);
+  CHECK(std::ranges::is_sorted(fractions));
+  CHECK(fractions.front() < 0.02);
+  const double half = fractions[fractions.size() / 2];
+  CHECK(half > 0.3);
+  CHECK(half < 0.8);
+  CHECK(fractions.back() <= 1);
 }
