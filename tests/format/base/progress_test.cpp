@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <array>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -15,31 +14,22 @@ namespace selvedge {
 
 TEST_CASE("a terminal is told the time that is left, by the fraction that is done") {
   const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
-  REQUIRE(terminal >= 0);
-  REQUIRE(grantpt(terminal) == 0);
-  REQUIRE(unlockpt(terminal) == 0);
-  const int shown = open(ptsname(terminal), O_RDWR | O_NOCTTY);
+  REQUIRE((terminal >= 0 && grantpt(terminal) == 0 && unlockpt(terminal) == 0));
   const int before = dup(STDERR_FILENO);
-  REQUIRE(dup2(shown, STDERR_FILENO) == STDERR_FILENO);
-  double seconds = 0;
+  REQUIRE(dup2(open(ptsname(terminal), O_RDWR | O_NOCTTY), STDERR_FILENO) == STDERR_FILENO);
+  const Stopwatch watch;
   {
     TerminalProgress progress("rest", false);
-    const Stopwatch watch;
     std::this_thread::sleep_for(std::chrono::milliseconds(250));
     progress.callback()(1.0 / 64);
-    seconds = watch.seconds();
   }
+  const double seconds = watch.seconds();
   dup2(before, STDERR_FILENO);
-  close(before);
-  close(shown);
-  std::array<char, 256> bytes{};
-  const auto count = read(terminal, bytes.data(), bytes.size());
-  close(terminal);
-  REQUIRE(count > 0);
-  const std::string line(bytes.data(), static_cast<std::size_t>(count));
+  std::string line(256, ' ');
+  REQUIRE(read(terminal, line.data(), line.size()) > 0);
   CAPTURE(line);
   CHECK(line.find("rest   2 %") != std::string::npos);
-  // 63 times as long as what has passed, which lies between the sleep and what was measured.
+  // 63 times as long as what has passed.
   const std::size_t end = line.find(" s left");
   REQUIRE(end != std::string::npos);
   const double left = std::atof(line.c_str() + line.rfind(' ', end - 1));
