@@ -47,9 +47,13 @@ Result<Motion> Motion::load(const std::string& path, const std::string& clip, co
   return motion;
 }
 
-std::optional<Motion> Motion::first(const std::string& path, const SceneLimits& limits) {
-  Result<Motion> motion = load(path, "0", {}, limits);
-  return motion ? std::optional(std::move(*motion)) : std::nullopt;
+Result<LoadedScene> load_first_clip(const std::string& path, const SceneLimits& limits,
+                                    std::optional<Motion>& motion) {
+  motion.reset();
+  Result<Motion> first = Motion::load(path, "0", {}, limits);
+  if (!first) return load_scene(path, {}, limits);
+  motion = std::move(*first);
+  return motion->load_scene();
 }
 
 std::vector<std::string> Motion::names() const {

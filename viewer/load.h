@@ -35,8 +35,6 @@ class Motion {
   /// Errors as load_gltf() and Clip::read().
   static Result<Motion> load(const std::string& path, const std::string& clip, const SceneChoice& choice,
                              const SceneLimits& limits);
-  /// The first clip of a file; nothing without clips, or without one that can be read.
-  static std::optional<Motion> first(const std::string& path, const SceneLimits& limits);
 
   const Clip& clip() const { return clip_; }
   std::vector<std::string> names() const;  ///< of all clips
@@ -55,6 +53,11 @@ class Motion {
   SceneChoice choice_;
   SceneLimits limits_;
 };
+
+/// Reads a glTF file as it begins its first clip, which `motion` plays; without one that can be read at rest,
+/// and without `motion`. Errors as load_scene().
+Result<LoadedScene> load_first_clip(const std::string& path, const SceneLimits& limits,
+                                    std::optional<Motion>& motion);
 
 /// Reads a fabric that can also be drawn within `memory`.
 Result<Fabric> load_fabric(FabricReader& reader, MemoryBudget& memory);

@@ -108,19 +108,19 @@ Result<int> run(const ShowCommand& command) {
   }
   GarmentWriter writer = make_garment_writer(command.picture.limits);
   std::string garment = command.picture.input;
-  LoadedScene scene =
-      is_fabric ? load_swatch(command) : value_or_throw(load_scene(garment, {}, command.picture.limits));
+  std::optional<Motion> motion;
+  const auto load = [&] { return value_or_throw(load_first_clip(garment, command.picture.limits, motion)); };
+  LoadedScene scene = is_fabric ? load_swatch(command) : load();
   if (!is_fabric && !files.empty() && has_no_fabric(scene.scene)) {
     garment = writer.dress(garment, files.front());
-    scene = value_or_throw(load_scene(garment, {}, command.picture.limits));
+    scene = load();
     files.erase(files.begin());
   }
   report_remarks(command.common, "note", scene.scene.remarks);
   const auto window = value_or_throw(Window::open("Selvedge: " + command.picture.input, command.size));
   const GlFunctions gl = value_or_throw(load_gl_functions(*window->context()));
   auto picture = value_or_throw(
-      ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics),
-                          is_fabric ? std::nullopt : Motion::first(garment, command.picture.limits)));
+      ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics), std::move(motion)));
   for (const std::string& path : files) value_or_throw(picture->add_fabric(path));
   ShowState state = first_state(command, *window, *picture);
   state.frame_seconds = 1 / command.fps;

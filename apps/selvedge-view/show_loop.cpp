@@ -173,7 +173,8 @@ bool ShowLoop::step() {
   pending_ = Redraw::none;
   double seconds = 0;
   clip_watch_.add_lap(seconds);
-  if (state_.clip >= 0 && state_.plays_clip) {
+  // A window that closes waits for its last picture.
+  if (state_.clip >= 0 && state_.plays_clip && !closes_) {
     state_.clip_time += seconds * static_cast<double>(state_.clip_speed);
     if (picture_->clip_seconds > 0) state_.clip_time = std::fmod(state_.clip_time, picture_->clip_seconds);
     change = std::max(change, Redraw::frame);

@@ -78,8 +78,7 @@ void print(const std::string& name, const Film& film, const Film& truth) {
 class Scenes {
  public:
   Scenes(const std::string& path, bool has_clip) : path_(path) {
-    if (has_clip) motion_ = Motion::first(path, {});
-    loaded_ = motion_ ? need(motion_->load_scene()) : need(load_scene(path));
+    loaded_ = has_clip ? need(load_first_clip(path, {}, motion_)) : need(load_scene(path));
   }
   void choose(const std::string& clip) { need(motion_->choose(clip)); }
   Film render(double pixels, bool as_truth) {

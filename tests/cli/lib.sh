@@ -101,19 +101,19 @@ write_quad() {
     }));' "$1" "${2:-POSITION NORMAL TEXCOORD_0}"
 }
 
-# Writes slide.gltf: the square, whose clip "slide" moves it by 0.05 m along x in two seconds.
+# Writes slide.gltf: the square, whose clip "slide" moves it by 0.05 m along x in two seconds, or as many as are given.
 write_slide() {
   write_quad quad.gltf
-  node -e 'const fs = require("fs"); const g = JSON.parse(fs.readFileSync("quad.gltf"));
-    const data = Buffer.from(new Float32Array([0, 2, 0, 0, 0, 0.05, 0, 0]).buffer);
+  node -e 'const fs = require("fs"); const g = JSON.parse(fs.readFileSync("quad.gltf")), seconds = Number(process.argv[1]);
+    const data = Buffer.from(new Float32Array([0, seconds, 0, 0, 0, 0.05, 0, 0]).buffer);
     g.buffers.push({ byteLength: 32, uri: "data:;base64," + data.toString("base64") });
     const buffer = g.buffers.length - 1;
     const view = g.bufferViews.push({ buffer, byteLength: 8 }, { buffer, byteOffset: 8, byteLength: 24 }) - 2;
-    const input = g.accessors.push({ bufferView: view, componentType: 5126, count: 2, type: "SCALAR", min: [0], max: [2] },
+    const input = g.accessors.push({ bufferView: view, componentType: 5126, count: 2, type: "SCALAR", min: [0], max: [seconds] },
       { bufferView: view + 1, componentType: 5126, count: 2, type: "VEC3" }) - 2;
     g.animations = [{ name: "slide", samplers: [{ input, output: input + 1 }],
       channels: [{ sampler: 0, target: { node: 0, path: "translation" } }] }];
-    fs.writeFileSync("slide.gltf", JSON.stringify(g));'
+    fs.writeFileSync("slide.gltf", JSON.stringify(g));' "${1:-2}"
 }
 
 # edited IN.gltf OUT.gltf STATEMENT: with the JSON as `g`.

@@ -83,17 +83,22 @@ test_show_hides_the_panel_and_takes_the_fabrics_away_by_keys() {
   holds 'r.width < 600 && r.fabrics[0] === 0' report.json
 }
 
-test_show_plays_a_clip_and_pauses_it() {
+test_show_plays_a_clip_pauses_it_and_steps() {
   need_screen
   make_cloth
-  write_slide
+  write_slide 0.2
   selvedge dress slide.gltf k.fabric.exr -o slide.glb --all --quiet
-  with_window slide.glb -- 'key space' 'key greater' 'key greater' 'key less' 'sleep 2' 'key s'
-  holds '!r.clip.plays && r.clip.time > 0 && r.message === "saved slide-1.png"' report.json
+  with_window slide.glb -- 'sleep 1'
+  holds 'r.clip.plays && r.clip.time > 0 && r.clip.time < 0.2' report.json
+  [ ! -s errors.txt ] || fail "says: $(cat errors.txt)"
+  with_window slide.glb -- 'key --repeat 12 --repeat-delay 200 Left' 'key Right' 'key Right' 'sleep 2' 'key s'
+  holds '!r.clip.plays && Math.abs(r.clip.time - 2 / 30) < 1e-9 && r.message === "saved slide-1.png"' report.json
   node -p 'JSON.parse(fs.readFileSync("report.json")).command' >command
   bash command
   compare-pictures slide-1.png picture.png --json >compared.json
   holds 'r.psnr > 45' compared.json
+  with_window slide.glb -- 'key space' 'key space' 'key space'
+  holds '!r.clip.plays' report.json
 }
 
 test_show_swaps_fabrics() {

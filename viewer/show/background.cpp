@@ -382,10 +382,11 @@ std::string PictureThread::put_on(const std::string& path) {
 
 /// The garment before stays until a picture of the other one is there. `name`: of what the user has opened.
 std::string PictureThread::show_garment(const std::string& path, const std::string& name, bool keeps_camera) {
-  LoadedScene scene = value_or_throw(load_scene(path, {}, limits_));
+  std::optional<Motion> motion;
+  LoadedScene scene = value_or_throw(load_first_clip(path, limits_, motion));
   std::string remarks = fmt::format("{}", fmt::join(scene.scene.remarks, "\n"));
   auto picture = value_or_throw(
-      ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics), Motion::first(path, limits_)));
+      ShowPicture::create(std::move(scene.scene), std::move(scene.fabrics), std::move(motion)));
   const double aspect = static_cast<double>(request_.size.x) / request_.size.y;
   const ShowState first = value_or_throw(picture->first_state({}, aspect));
   ShowState state = request_.state;
