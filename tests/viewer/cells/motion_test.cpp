@@ -4,10 +4,12 @@
 #include <algorithm>
 
 #include "format/fabric/file.h"
+#include "format/picture/studio.h"
 #include "tests/require.h"
 #include "tests/viewer/paths.h"
 #include "tests/viewer/rays.h"
 #include "viewer/cells/patches.h"
+#include "viewer/light/shadows.h"
 #include "viewer/renderer.h"
 
 namespace selvedge {
@@ -193,6 +195,39 @@ TEST_CASE("an orbit and a slow zoom change as smoothly as rays do") {
     MESSAGE("mean second difference ", of_frames, " of 255, of rays ", of_rays);
     CHECK(of_frames <= 1.3 * of_rays + 0.5);
   }
+}
+
+TEST_CASE("light from all sides waits while a shape moves, and is that of a fresh picture once it rests") {
+  test::Setting setting = yarn_ball(96, 72);
+  test::add(setting.scene, test::sphere(64, 32, repeats), test::material(0));
+  const auto place_second = [&](double height) {
+    setting.scene.instances[1].world.setTranslation(V3d(0, height, 0));
+  };
+  place_second(4);
+  setting.options.lights.clear();
+  setting.options.smooth_light = split_light(studio_environment()).smooth_light;
+  setting.options.shadow_map_size = min_shadow_size;
+  const auto create = [&] {
+    return test::need(Renderer::create(setting.scene, setting.fabrics, setting.options));
+  };
+  const auto draw = [&](Renderer& renderer, bool moves) {
+    DrawOptions options = setting.options;
+    if (moves) options.cells = moving_cell_images;
+    options.cells.remade_fraction = 1;
+    Frame frame;
+    RenderStats stats;
+    test::need(renderer.draw(test::camera_of(setting), options, frame, stats));
+    return frame.pixels;
+  };
+  const auto moved = create();
+  draw(*moved, true);
+  place_second(1.2);
+  test::need(moved->replace(setting.scene));
+  const auto fresh = create();
+  CHECK(draw(*moved, true) != draw(*fresh, true));
+  const auto rested = draw(*moved, false);
+  CHECK(rested == draw(*fresh, false));
+  CHECK(rested == draw(*moved, false));
 }
 
 }  // namespace selvedge
