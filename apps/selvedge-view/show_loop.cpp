@@ -28,13 +28,6 @@ Json json_of(const PixelProbe& probe, const std::vector<std::string>& fabrics) {
 
 std::string triple(const auto& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
 
-bool same(const std::vector<Light>& a, const std::vector<Light>& b) {
-  return std::ranges::equal(a, b, [](const Light& x, const Light& y) {
-    return x.kind == y.kind && x.direction == y.direction && x.position == y.position &&
-           x.irradiance == y.irradiance;
-  });
-}
-
 /// The command line of `render` that draws what the window shows. `input` is a garment, `own` are the lights
 /// of its file. Lights that the panel or options changed become white ones, spots points. What the panel did
 /// to fabrics, their size and tint is not part of it: `selvedge dress` does that.
@@ -63,7 +56,7 @@ std::string command_of(const std::string& input, const std::vector<Light>& own, 
   // The lights of `render` without options.
   const bool in_environment = state.environment >= 0;
   const bool lamps = own.empty() && !in_environment;
-  const bool plain = same(state.lights, lamps ? key_and_fill_lights() : own) &&
+  const bool plain = state.lights == (lamps ? key_and_fill_lights() : own) &&
                      (state.lights.empty() || state.lights_in_camera_frame == lamps);
   if (!plain) {
     bool in_camera_frame = false;

@@ -24,6 +24,7 @@ struct Light {
       1;  ///< spot: full irradiance if the cosine of the angle to the axis is above this ...
   double outer_cosine = 0.7;         ///< ... and 0 if it is below this; below inner_cosine
   bool is_environment_part = false;  ///< a bright part of one, which mirrors show by themselves
+  bool operator==(const Light&) const = default;
 };
 
 /// Light that arrives at a point.

@@ -36,12 +36,6 @@ void for_each_set(const std::vector<std::uint8_t>& flags, const Body& body) {
 /// Bit of a light in masks (CellLights).
 std::uint32_t bit_of(std::size_t light) { return light < 32 ? 1U << light : 0; }
 
-bool same_light(const Light& a, const Light& b) {
-  return a.direction == b.direction && a.irradiance == b.irradiance && a.kind == b.kind &&
-         a.position == b.position && a.range == b.range && a.inner_cosine == b.inner_cosine &&
-         a.outer_cosine == b.outer_cosine;
-}
-
 /// Fraction of a light that reaches a vertex, on the light's side of the cloth.
 float visibility_at(const CellLights& lights, const ShadowMap& map, const V3f& point, V3f normal) {
   const Light& light = lights.lights[map.view.light];
@@ -237,9 +231,7 @@ void CellPass::add_inner_visibility(const ShadowMap& map, std::size_t triangle) 
 
 /// Brightness and shadows at the vertices, where lights have changed.
 void CellPass::light_vertices() {
-  const bool same_lights =
-      known_lights_.size() == lights_.lights.size() && !brightness_.empty() &&
-      std::equal(known_lights_.begin(), known_lights_.end(), lights_.lights.begin(), same_light);
+  const bool same_lights = !brightness_.empty() && std::ranges::equal(known_lights_, lights_.lights);
   std::vector<SmoothLight> around(lights_.vertex_lights.begin(), lights_.vertex_lights.end());
   if (around.empty() && lights_.smooth_light != nullptr) around.push_back(*lights_.smooth_light);
   std::vector<ShadowView> views;
