@@ -197,7 +197,7 @@ TEST_CASE("an orbit and a slow zoom change as smoothly as rays do") {
   }
 }
 
-TEST_CASE("light from all sides waits while a shape moves, and is that of a fresh picture once it rests") {
+TEST_CASE("light from all sides waits while a shape moves, and is as fresh as at the start once it rests") {
   test::Setting setting = yarn_ball(96, 72);
   test::add(setting.scene, test::sphere(64, 32, repeats), test::material(0));
   const auto place_second = [&](double height) {
