@@ -53,8 +53,8 @@ struct LightInput {
 };
 
 struct TableNumbers {
-  std::uint32_t first, count;    ///< entries of the garment
-  const std::uint16_t* entries;  ///< tiles of front and back
+  std::uint32_t first, count;  ///< entries of the garment
+  const TableEntry* entries;
   std::uint32_t tile_count;
   const TileNumbers* tiles;
   std::uint32_t missing, wanted;  ///< patches in sight that have no image of their own, and all in sight
@@ -329,7 +329,7 @@ std::size_t room_in_table(std::size_t entries) {
     if (begin >= first + entries) break;
     first = begin + count;
   }
-  page.table.resize(std::max(page.table.size(), 2 * (first + entries)));
+  page.table.resize(std::max(page.table.size(), first + entries));
   return first;
 }
 
@@ -563,23 +563,35 @@ EXPORT(table_of) const TableNumbers* table_of(std::uint32_t number) {
       at = patches.parent(at);
     for (std::uint32_t at = patch; tile == 0 && patches.child(at) != at; tile = tile_of(at, side))
       at = patches.child(at);
-    return static_cast<std::uint16_t>(tile);
+    return tile;
   };
   const std::span<const std::uint32_t> chosen = patches.table();
-  std::uint16_t* const to = &page.table[2 * garment.first_table_entry];
+  const std::span<TableEntry> to(&page.table[garment.first_table_entry], chosen.size());
+  // Rows of a patch have its tiles; without those an entry has its neighbour's.
+  constexpr TableEntry unknown{0xFFFF, 0xFFFF};
+  std::vector<TableEntry> of_patch(patches.count(), unknown);
+  TableEntry last{0, 0};
+  std::array<std::size_t, 2> first_filled{chosen.size(), chosen.size()};
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    const bool same = i > 0 && chosen[i] == chosen[i - 1];
-    for (std::uint32_t side = 0; side < 2; ++side)
-      to[2 * i + side] = same ? to[2 * i + side - 2] : shown(chosen[i], side);
+    if (i == 0 || chosen[i] != chosen[i - 1]) {
+      TableEntry& tiles = of_patch[chosen[i]];
+      for (std::uint32_t side = 0; side < 2; ++side) {
+        if (tiles[side] == unknown[side]) tiles[side] = static_cast<std::uint16_t>(shown(chosen[i], side));
+        if (tiles[side] == 0) continue;
+        last[side] = tiles[side];
+        first_filled[side] = std::min(first_filled[side], i);
+      }
+    }
+    to[i] = last;
   }
-  // Without those, its neighbours.
-  for (std::size_t i = 2; i < 2 * chosen.size(); ++i) to[i] = to[i] != 0 ? to[i] : to[i - 2];
-  for (std::size_t i = 2 * chosen.size(); i-- > 2;) to[i - 2] = to[i - 2] != 0 ? to[i - 2] : to[i];
+  for (std::size_t side = 0; side < 2; ++side)
+    for (std::size_t i = 0; i < first_filled[side]; ++i)
+      to[i][side] = first_filled[side] < chosen.size() ? to[first_filled[side]][side] : std::uint16_t{0};
   const auto missing = std::ranges::count_if(
       garment.needs, [&](const PatchNeed& need) { return tile_of(need.patch / 2, need.patch % 2) == 0; });
   result = {static_cast<std::uint32_t>(garment.first_table_entry),
             static_cast<std::uint32_t>(chosen.size()),
-            to,
+            to.data(),
             static_cast<std::uint32_t>(page.tiles.size()),
             page.tiles.data(),
             static_cast<std::uint32_t>(missing),

@@ -25,6 +25,8 @@ struct ChartNumbers {
 /// and 11 of a repeat's texels, 13 of four times its first u; 8 of the exponent of its scale; 13 of its first
 /// v; halves of its scale by its brightness, and of the slope of its rays.
 using TileNumbers = std::array<std::uint32_t, 4>;
+/// Tiles of front and back.
+using TableEntry = std::array<std::uint16_t, 2>;
 
 struct LoadedFabric {
   Fabric fabric;
@@ -84,7 +86,7 @@ struct Page {
   double needed_bytes_when_full = 0;  ///< all_need() when images found no room
   bool is_full = false;               ///< images have found no room since take_events()
   bool has_moved = false;             ///< tiles have moved since take_events()
-  std::vector<std::uint16_t> table;   ///< [entry]: tiles of front and back
+  std::vector<TableEntry> table;
   std::vector<TileNumbers> tiles;
   struct {
     std::vector<std::array<V2i, 2>> places;  ///< and sizes, of tiles whose texels lie one after the other
