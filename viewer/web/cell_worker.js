@@ -24,6 +24,8 @@ import {Issue, issue_of} from './reader/issue.js';
 const SLICE = 30, CHUNK = 4;
 /** Samples of an image along a pixel's side, and the fraction of images that a frame makes again; of another fabric first larger patches'. */
 const SAMPLES = 2, FIRST = 0, MOVING = 0.08, RESTING = 1;
+/** Ranks of what is due: after other fabrics and first images come garments that move, then those that rest. */
+const MOVES = 2, RESTS = 3;
 /** ms without another view after which images are made as one that rests wants them: twice the time between views none of which came to rest. */
 const REST = 150, LATEST_REST = 4000;
 /** Coordinates beyond are refused, m. */
@@ -138,9 +140,8 @@ export class CellWorker {
     this.#working = true;
     const module = await this.#module;
     while (this.#due.size > 0) {
-      const rank = ([garment, {fresh}]) => this.#coming.has(garment) ? 0 : fresh === FIRST ? 1 : fresh < RESTING ? 2 : 3;
-      const next = [...this.#due].reduce((a, b) => rank(b) < rank(a) ? b : a), [garment, due] = next;
-      const early = rank(next) < 3 ? 0 : this.#held ? LATEST_REST : this.#rests_at - performance.now();
+      const rank = ([garment, {fresh}]) => this.#coming.has(garment) ? 0 : fresh === FIRST ? 1 : fresh < RESTING ? MOVES : RESTS;
+      const first = Math.min(...[...this.#due].map(rank)), early = first < RESTS ? 0 : this.#held ? LATEST_REST : this.#rests_at - performance.now();
       if (early > 0) {
         await new Promise((end) => {
           this.#wake = end;
@@ -148,24 +149,41 @@ export class CellWorker {
         });
         continue;
       }
-      this.#due.delete(garment);
-      this.#make(module, garment, due);
+      const next = [...this.#due].filter((due) => rank(due) === first);
+      // Garments that move take turns: none waits for the end of another one's images, which comes to none.
+      this.#make(module, first === MOVES ? next.slice(0, 1) : next);
       await new Promise((end) => setTimeout(end));
     }
     this.#working = false;
   }
   /** Whether garments in sight lack images of the fabric that has taken their own's place. */
   #awaits_any = () => [...this.#coming.keys()].some((garment) => this.#views.has(garment));
-  #make(module, garment, {view, fresh, left}) {
-    const {camera, level, around, lights} = view;
-    left ??= module.begin_frame(garment, [...camera, SAMPLES, fresh, level, around ? 1 : 0, ...around ?? Array(36).fill(0)], lights);
-    const end = performance.now() + SLICE;
-    while (left > 0 && performance.now() < end) left = module.make_images(garment, CHUNK);
+  /** Makes images of these garments for a while, those nearest to the middle of the picture first. */
+  #make(module, all) {
+    for (const [garment, due] of all) {
+      const {view: {camera, level, around, lights}, fresh} = due;
+      due.left ??= module.begin_frame(garment, [...camera, SAMPLES, fresh, level, around ? 1 : 0, ...around ?? Array(36).fill(0)], lights);
+    }
+    const made = new Set(all.filter(([, {left}]) => left === 0)), off_middle = ([garment]) => module.next_off_middle(garment);
+    for (const end = performance.now() + SLICE; performance.now() < end;) {
+      const next = all.reduce((a, b) => off_middle(b) < off_middle(a) ? b : a), [garment, due] = next;
+      if (due.left === 0) break;
+      due.left = module.make_images(garment, CHUNK);
+      made.add(next);
+    }
     const {is_full, has_moved} = module.take_events();
+    for (const [garment, {view, fresh, left}] of made) {
+      this.#due.delete(garment);
+      if (left > 0) this.#due.set(garment, {view, fresh, left});
+      else if (fresh !== RESTING) this.#due.set(garment, {view, fresh: RESTING, left: null});
+    }
     if (is_full)
       for (const [each, its_view] of this.#views) this.#due.set(each, {view: its_view, fresh: RESTING, left: null});
-    else if (left > 0 || fresh !== RESTING)
-      this.#due.set(garment, left > 0 ? {view, fresh, left} : {view, fresh: RESTING, left: null});
+    for (const [garment, {left}] of made) this.#show(module, garment, left, has_moved);
+    if (has_moved && !this.#awaits_any())
+      for (const other of this.#views.keys()) if (![...made].some(([garment]) => garment === other)) this.#tell(module, other, module.take_uploads());
+  }
+  #show(module, garment, left, has_moved) {
     const is_new = this.#coming.has(garment) && module.end_front(garment);
     if (is_new) {
       this.#editions.set(garment, this.#coming.get(garment));
@@ -177,8 +195,6 @@ export class CellWorker {
       for (const other of this.#editions.keys()) if (other !== garment) this.#tell(module, other, module.take_uploads());
     if (!is_new && left > 0 && !has_moved && performance.now() < this.#told_at.get(garment) + TELL) return;
     this.#tell(module, garment, module.take_uploads());
-    if (has_moved)
-      for (const other of this.#views.keys()) if (other !== garment) this.#tell(module, other, module.take_uploads());
   }
   #tell(module, garment, uploads) {
     this.#told_at.set(garment, performance.now());

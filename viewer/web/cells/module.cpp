@@ -78,6 +78,8 @@ constexpr double max_packed = 0.85;
 /// A coarse frame, by which patches are found.
 constexpr int columns = 256;
 constexpr int rows = 256;
+/// Bound on off_middle(), halves of the picture; patches behind others are as much farther.
+constexpr float max_off_middle = 1e3F;
 
 /// Images as halves: sign and one bit of the fraction differ (CellTexel).
 void upload(const CellLook& look, TileNumber number) {
@@ -218,13 +220,14 @@ void draw_depths(Garment& garment, const ProjectedVertices& projected) {
   }
 }
 
-/// How far a patch is from the middle of the picture, in halves of it, less its side.
+/// How far a patch is from the middle of the picture, in halves of it, less half its side.
 float off_middle(const Camera& camera, const Patch& patch) {
   const V3d away = V3d(patch.mean_position) - camera.position;
   const double depth = camera.projection == Projection::parallel ? 1 : -away.dot(camera.to_viewer);
   const V2d at = V2d(away.dot(camera.right), away.dot(camera.up)) / depth - camera.window_centre;
   const V2d size = camera.window_half_size;
-  return std::fmin(static_cast<float>((at / size).length() - std::sqrt(patch.area) / depth / size.y), 1e9F);
+  return std::fmin(static_cast<float>((at / size).length() - 0.5 * std::sqrt(patch.area) / depth / size.y),
+                   max_off_middle);
 }
 
 /// Notes what is in sight: depths of a coarse frame, then which triangles lie behind them.
@@ -308,10 +311,13 @@ void mark_visible(Garment& garment) {
     std::ranges::sort(all);
     const auto shown = std::ranges::find_if(all, [](const auto& each) { return std::get<0>(each) != 0; });
     const auto count = shown - all.begin() + (all.end() - shown + part - 1) / part;
-    for (const auto& each : std::span(all).first(static_cast<std::size_t>(count)))
-      garment.visits.push_back(garment.needs[std::get<2>(each)]);
+    for (const auto& [last_frame, off, i] : std::span(all).first(static_cast<std::size_t>(count))) {
+      garment.visits.push_back(garment.needs[i]);
+      garment.visits_off_middle.push_back(off + (first > 0 ? max_off_middle : 0));
+    }
   };
   garment.visits.clear();
+  garment.visits_off_middle.clear();
   visit(0, garment.front_need_count, is_moving ? visits_of_front : 1);
   garment.front_visit_count = garment.visits.size();
   visit(garment.front_need_count, garment.needs.size(), is_moving ? visits_behind : 1);
@@ -545,6 +551,13 @@ EXPORT(make_images) std::uint32_t make_images(std::uint32_t number, std::uint32_
   }
   garment.finished_visit_count = end;
   return static_cast<std::uint32_t>(garment.visits.size() - end);
+}
+
+/// How far the next patch is from the middle of the picture, in halves of it; more of one behind others.
+EXPORT(next_off_middle) float next_off_middle(std::uint32_t number) {
+  const Garment& garment = *page.garments[number];
+  const bool is_finished = garment.finished_visit_count == garment.visits.size();
+  return is_finished ? HUGE_VALF : garment.visits_off_middle[garment.finished_visit_count];
 }
 
 /// Fills the table of a garment.

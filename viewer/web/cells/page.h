@@ -54,6 +54,7 @@ struct Garment {
   std::vector<PatchNeed> needs;  ///< of this frame, patches in front first
   std::size_t front_need_count = 0;
   std::vector<PatchNeed> visits;  ///< of these its images are made, or made again: the first in front, too
+  std::vector<float> visits_off_middle;  ///< next_off_middle() of each
   std::size_t front_visit_count = 0;
   std::size_t finished_visit_count = 0;
   struct Shown {
