@@ -219,6 +219,7 @@ class CellImages extends EventDispatcher {
       if (!vertices.every((x) => Math.abs(x) < FARTHEST)) throw new Error('a vertex is not finite, or too far away');
       if (corners.some((i) => i >= count)) throw new Error('a triangle has a vertex that is not there');
       if (fabric.number === null) throw new Error('the fabric is gone');
+      fabric.reach(vertices.filter((_, i) => i % 8 > 5));
       const {moves} = garment;
       const {number, charts, beyond} = await ask_worker({kind: 'garment', fabric: fabric.number, vertices, corners, moves}, [vertices.buffer, corners.buffer]);
       if (!garment.is_known()) return send_to_worker({kind: 'remove', garment: number});

@@ -5,9 +5,12 @@ import {CHART_ATTRIBUTES, cell_images} from './cell_images.js';
 import {environment_in_mesh_axes, environment_uniforms, set_environment_uniforms} from './environment.js';
 import {default_parts, part_uniforms, set_tint} from './garment_parts.js';
 import {VERTEX_LIGHT} from './lights.js';
+import {noise_of} from './noise.js';
 
 /** The lay of a fabric on a surface, as KHR_texture_transform: of the material's reference. */
 export const plain_lay = {uv_set: 0, offset: [0, 0], rotation: 0, scale: [1, 1]};
+
+const zeros = Array(18).fill(0), no_noise = noise_of({keys: zeros, runs: zeros, numbers: zeros}, [zeros, zeros]);
 
 function matrix_of({offset, rotation, scale}) {
   const c = Math.cos(rotation), s = Math.sin(rotation);
@@ -55,8 +58,9 @@ export const fabric_material = (Base) => class extends Base {
       cell_beyond: {value: 0},
       cell_albedo: {value: [1, 1, 1]},
       cell_brighter: {value: 2},
-      varied_keys: {value: new Uint32Array(6)},
-      varied_runs: {value: new Int32Array(12)},
+      cell_noise: {value: no_noise.texture},
+      noise_places: {value: no_noise.places},
+      noise_layers: {value: no_noise.layers},
       varied_numbers: {value: new Float32Array(16)},
     };
     /** The level that is shown everywhere; -1: by the size of a pixel. */
@@ -148,12 +152,16 @@ export const fabric_material = (Base) => class extends Base {
   #show(garment) {
     if (garment.names[0] !== this.names[0]) this.needsUpdate = true;
     Object.assign(this, {garment, names: garment.names});
-    const {fabric_uniforms: uniforms, fabric: {has_yarn, variation, albedo, fallback, edition}} = this;
+    const {fabric_uniforms: uniforms, fabric} = this, {has_yarn, variation, albedo, fallback, edition} = fabric;
     uniforms.fabric_transform.value = this.matrix;
     uniforms.cell_beyond.value = garment.beyond;
     uniforms.cell_albedo.value = fallback.albedo || edition > 0 ? albedo : this.own_color.toArray();
     uniforms.cell_brighter.value = has_yarn ? 2 : 8;
-    for (const [name, numbers] of Object.entries(variation)) uniforms[`varied_${name}`].value = numbers;
+    const {texture, places, layers} = fabric.noise();
+    uniforms.cell_noise.value = texture;
+    uniforms.noise_places.value = places;
+    uniforms.noise_layers.value = layers;
+    uniforms.varied_numbers.value = variation.numbers;
   }
   copy(source) {
     const own = OWN.map((name) => [name, this[name]]);

@@ -3,7 +3,7 @@ import {MeshPhysicalMaterial, MeshStandardMaterial, REVISION} from 'three';
 import {cell_images} from './cell_images.js';
 import {fabric_material} from './fabric_material.js';
 import {parts_cache_key, set_kept_textures} from './garment_parts.js';
-import {ALREADY_DRAWN, draw_sorted, is_in_software, sort_triangles} from './order.js';
+import {ALREADY_DRAWN, draw_sorted, sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
 import {webgl_atlas} from './webgl_atlas.js';
 import {picture_drawn} from './webgl_environment.js';
@@ -37,14 +37,14 @@ export class FabricMaterial extends fabric_material(MeshPhysicalMaterial) {
     // three.js draws what it takes for one layer twice, back sides first.
     if (this.shows === 'fabric' && this.transparent) this.forceSinglePass = sort_triangles(object, geometry, camera, this);
   }
-  onBeforeCompile(shader, renderer) {
+  onBeforeCompile(shader) {
     // Also for the fallback: three.js keeps the uniforms of the program that it has compiled last.
     set_kept_textures(this.part_uniforms, this.parts);
     Object.assign(
       shader.uniforms, this.fabric_uniforms, this.around_uniforms, this.part_uniforms, cell_images.uniforms, webgl_atlas.uniforms);
     if (this.shows !== 'fabric') return;
     shader.vertexShader = vertex_shader(shader.vertexShader, this.lay.uv_set, this.names, this.has_vertex_light, this.parts);
-    shader.fragmentShader = fragment_shader(this, is_in_software(renderer), shader.instancing);
+    shader.fragmentShader = fragment_shader(this, shader.instancing);
   }
   customProgramCacheKey() {
     if (this.shows !== 'fabric') return 'selvedge fallback';

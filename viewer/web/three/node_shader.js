@@ -1,9 +1,9 @@
 // The look-up of a fabric in three.js's shading language: the twin of shader.js, whose comments say why.
-import {Matrix3, Vector3} from 'three';
+import {Matrix3, Vector3, Vector4} from 'three';
 import {
-  If, attribute, cameraViewMatrix, clamp, cross, dot, faceDirection, float, floor, fract, int, inverseSqrt, ivec2, ivec4, max, min,
+  If, attribute, cameraViewMatrix, clamp, cross, dot, faceDirection, float, floor, fract, int, inverseSqrt, ivec2, max, min,
   mix, normalize, positionView, positionViewDirection, select, sqrt, texture, textureSize, uint, uintBitsToFloat, uniform, uniformArray,
-  unpackHalf2x16, uv, uvec2, uvec4, varying, vec2, vec3, vec4
+  unpackHalf2x16, uv, varying, vec2, vec3, vec4
 } from 'three/tsl';
 import {MAX_LAMPS} from '../environment.js';
 import {ATLAS_WIDTH} from './cell_images.js';
@@ -15,7 +15,7 @@ const matrix = () => uniform(new Matrix3()), number = () => uniform(0);
 /** The nodes of a material by the names of its uniforms, whose values set_nodes() takes. */
 export const nodes_of = (textures) => ({
   fabric_transform: matrix(), cell_beyond: number(), cell_albedo: uniform(new Vector3()), cell_brighter: number(),
-  varied_keys: uniformArray(zeros(6), 'uint'), varied_runs: uniformArray(zeros(12), 'int'), varied_numbers: uniformArray(zeros(16), 'float'),
+  noise_places: uniformArray(Array.from({length: 6}, () => new Vector4())), noise_layers: uniformArray(zeros(6), 'float'), varied_numbers: uniformArray(zeros(16), 'float'),
   around_brightness: matrix(), soft_brightness: matrix(), around_from_world: matrix(), around_lamp_count: uniform(0, 'int'),
   around_lamp_directions: uniformArray(vectors()), around_lamp_irradiances: uniformArray(vectors()),
   kept_mask_transform: matrix(), kept_normal_transform: matrix(), kept_tint_texture_transform: matrix(), kept_mask_cutoff: number(),
@@ -44,61 +44,45 @@ function frame_of(normal, coordinates) {
   return {right, up, tangent, y: select(dot(y, along_v).greaterThan(0), y.negate(), y).toVar()};
 }
 
-function strand_hash(of) {
-  const x = of.toVar();
-  for (const [shift, factor] of [[16, 0x7feb352d], [15, 0x846ca68b]]) x.assign(x.bitXor(x.shiftRight(uvec4(shift))).mul(uvec4(factor)));
-  return x.bitXor(x.shiftRight(uvec4(16))).toVar();
-}
-function blend_of(part) {
-  const next = part.mul(part).mul(float(3).sub(part.mul(2))).toVar(), here = next.oneMinus().toVar();
-  return vec4(here, next).mul(inverseSqrt(here.mul(here).add(next.mul(next))).xyxy).toVar();
-}
-function lattice_noise(keys, whole, part) {
-  const weights = blend_of(part.xy), others = blend_of(part.zw);
-  const rows = strand_hash(keys.xxyy.add(uvec4(whole.xxzz)).add(uvec4(0, 1, 0, 1))).add(uvec4(whole.yyww)).toVar();
-  const [here, next] = [0, 1].map((k) => vec4(strand_hash(rows.add(uvec4(k))).bitAnd(uvec4(255))).sub(127.5));
-  const of_rows = vec4(weights.xz, others.xz).mul(here.mul(vec4(weights.yy, others.yy)).add(next.mul(vec4(weights.ww, others.ww)))).toVar();
-  return of_rows.xz.add(of_rows.yw).mul(0.013531648).toVar();
-}
 /** Variation beyond the repeat of a material's yarn. */
-function variation_of({varied_keys, varied_runs, varied_numbers}) {
-  const run = (i, k) => varied_runs.element(3 * i + k), number = (i, k) => varied_numbers.element(3 * i + k), key = (i) => varied_keys.element(i);
-  const find_row = (i, place) => {
-    const of_place = floor(place).toVar(), repeat = ivec2(clamp(of_place, -1e9, 1e9)).toVar(), within = place.sub(of_place);
-    const first = repeat.x.bitAnd(run(i, 2).sub(int(1))).toVar();
-    const at = vec2(within.y.mul(float(run(i, 0))).add(number(i, 0)), float(first).add(within.x).mul(number(i, 2))).toVar();
-    const whole = ivec2(repeat.y.mul(run(i, 0)), int(float(repeat.x.sub(first)).div(float(run(i, 2)))).mul(run(i, 1))).add(ivec2(floor(at)));
-    return {whole: whole.toVar(), part: fract(at).toVar()};
+function variation_of({cell_noise, noise_places, noise_layers, varied_numbers}) {
+  const number = (i) => varied_numbers.element(i), number_of = (k) => noise_places.element(k);
+  const noise_at = (k, place, of_single_rows) => {
+    const first = place.yx.mul(number_of(k).xy).add(number_of(k).zw).toVar(), whole = floor(first).toVar(), size = vec2(textureSize(cell_noise, int(0)).xy).toVar();
+    let part = first.sub(whole).toVar();
+    if (of_single_rows) part = vec2(clamp(part.x.mul(4 / 3).sub(1 / 6), 0, 1), part.y).toVar();
+    const next = part.mul(part).mul(float(3).sub(part.mul(2))).toVar(), here = next.oneMinus().toVar(), weight = here.mul(here).add(next.mul(next)).toVar();
+    const rows = size.y.sub(1).toVar(), layer = floor(whole.x.add(0.5).div(rows)).toVar(), at = whole.add(next).add(0.5).sub(vec2(layer.mul(rows), 0));
+    const texel = cell_noise.sample(at.yx.div(size)).depth(int(layer.add(noise_layers.element(k)))).level(0).r;
+    return texel.sub(0.5).mul(inverseSqrt(weight.x.mul(weight.y))).mul(3.4505702);
   };
-  const seen_at_once = (i, pixel) => pixel.yx.mul(vec2(float(run(i, 0)), number(i, 2)));
+  const seen_at_once = (k, pixel) => {
+    const seen = max(pixel.yx.mul(number_of(k).xy), 1);
+    return seen.x.mul(seen.y);
+  };
   const place_of = (coordinates, pixel) => {
-    const along_u = max(seen_at_once(0, pixel), 1).toVar(), along_v = max(seen_at_once(1, pixel.yx), 1).toVar(), place = coordinates.toVar();
-    const seen = max(along_u.x.mul(along_u.y), along_v.x.mul(along_v.y)), change = clamp(float(4).div(seen).sub(1), 0, 1).mul(vec2(number(3, 1), number(2, 1))).toVar();
+    const seen = max(seen_at_once(0, pixel), seen_at_once(2, pixel.yx)), place = coordinates.toVar();
+    const change = clamp(float(4).div(seen).sub(1), 0, 1).mul(vec2(number(10), number(7))).toVar();
     If(change.x.add(change.y).greaterThan(0), () => {
-      const one = find_row(3, coordinates.yx), other = find_row(2, coordinates);
-      place.addAssign(change.mul(lattice_noise(uvec2(key(5), key(4)), ivec4(one.whole, other.whole), vec4(one.part, other.part))));
+      place.addAssign(change.mul(vec2(noise_at(5, coordinates.yx), noise_at(4, coordinates))));
     });
     return place;
   };
-  const varied_along = (i, place, seen) => {
+  const varied_along = (axis, place, pixel) => {
     const result = float(1).toVar();
-    If(number(i, 1).greaterThan(0), () => {
-      const {whole, part} = find_row(i, place), of_area = ivec2(whole.x.bitAnd(int(7)), whole.y.bitAnd(int(3))).toVar(), area = vec2(0.125, 0.25);
-      const areas = ivec2(vec2(whole.sub(of_area)).mul(area)), x = clamp(part.x.mul(4 / 3).sub(1 / 6), 0, 1);
-      const at_once = max(seen.xyxy.mul(vec4(1, 1, 0.125, 0.25)), 1).toVar();
-      const noise = lattice_noise(uvec2(key(2 * i), key(2 * i + 1)), ivec4(whole, areas), vec4(x, part.y, vec2(of_area).add(part).mul(area)).toVar());
-      const mean = noise.div(at_once.xz.mul(at_once.yw)).toVar();
-      result.assign(clamp(number(i, 1).mul(mean.x.add(mean.y.mul(0.25))).add(1), 0, 2));
+    If(number(3 * axis + 1).greaterThan(0), () => {
+      const [rows, areas] = [0, 1].map((k) => noise_at(2 * axis + k, place, k === 0).div(seen_at_once(2 * axis + k, pixel)));
+      result.assign(clamp(number(3 * axis + 1).mul(rows.add(areas.mul(0.25))).add(1), 0, 2));
     });
     return result;
   };
   const varied = (along_v, place, pixel) => {
     const of_u = float(1).toVar(), of_v = float(1).toVar();
-    If(along_v.lessThan(1), () => { of_u.assign(varied_along(0, place, seen_at_once(0, pixel))); });
-    If(along_v.greaterThan(0), () => { of_v.assign(varied_along(1, place.yx, seen_at_once(1, pixel.yx))); });
+    If(along_v.lessThan(1), () => { of_u.assign(varied_along(0, place, pixel)); });
+    If(along_v.greaterThan(0), () => { of_v.assign(varied_along(1, place.yx, pixel.yx)); });
     return mix(of_u, of_v, along_v);
   };
-  return {place_of, varied, has_both: run(0, 0).mul(run(1, 0)).greaterThan(int(0)), number: (i) => varied_numbers.element(i)};
+  return {place_of, varied, has_both: number_of(0).x.mul(number_of(2).x).greaterThan(0), number};
 }
 
 const at_texel = (node, texel) => node.load(ivec2(texel.mod(int(ATLAS_WIDTH)), texel.div(int(ATLAS_WIDTH)))).toVar();

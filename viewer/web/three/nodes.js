@@ -56,7 +56,7 @@ export class FabricMaterial extends fabric_material(MeshPhysicalNodeMaterial) {
   get sorts_holes() { return false; }
   provokes_first({backend}) { return backend.isWebGPUBackend === true; }
   make_nodes() {
-    this.nodes = nodes_of({...cell_images.uniforms, ...node_atlas.uniforms()});
+    this.nodes = nodes_of({...cell_images.uniforms, ...node_atlas.uniforms(), cell_noise: this.fabric_uniforms.cell_noise});
     this.before_each = new BeforeEach();
     /** What is added to the thresholds of holes: another one in each frame, so that frames average out. */
     this.hole_turn = uniform(0);

@@ -13,16 +13,6 @@ const surfaces = new WeakMap();
 const to_view = new Matrix4(), to_clip = new Matrix4(), of_bone = new Matrix4(), place = new Vector4(), corner = new Vector3(), origin = new Vector3();
 const frustum = new Frustum();
 
-const in_software = new WeakMap();
-/** Whether a renderer's graphics are the processor's. */
-export function is_in_software(renderer) {
-  if (!in_software.has(renderer)) {
-    const gl = renderer.getContext(), {UNMASKED_RENDERER_WEBGL: name} = gl.getExtension('WEBGL_debug_renderer_info') ?? {};
-    in_software.set(renderer, /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(name ?? gl.RENDERER)));
-  }
-  return in_software.get(renderer);
-}
-
 /** What of a geometry stays: the corners of its clusters, a sphere around each, and the bone that moves it most. */
 function surface_of({index, attributes: {position, skinIndex, skinWeight}}) {
   const count = index ? index.count : position.count, triangles = Math.floor(count / 3), firsts = [];

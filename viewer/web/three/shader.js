@@ -145,71 +145,40 @@ int tile_at(vec2 uv, int side) {
   return int(side == 0 ? tiles & 65535u : tiles >> 16);
 }
 
-// Variation beyond the repeat: the twin of format/fabric/variation.h. Its runs of yarn: changes along u and v, places along u and v.
-uniform uint varied_keys[6];
-uniform int varied_runs[12];  // rows, lengths, the repeats that have them: a power of 2
-uniform float varied_numbers[16];  // offset, change and lengths of a repeat of each; fractions of yarn along v, front and back; relief
-#define RUN(i) ivec3(varied_runs[3 * i], varied_runs[3 * i + 1], varied_runs[3 * i + 2])
-#define NUMBERS(i) vec3(varied_numbers[3 * i], varied_numbers[3 * i + 1], varied_numbers[3 * i + 2])
-#ifdef IN_SOFTWARE
-  // Exactly, by floats: vectors are shifted part by part there.
-  #define RIGHT(x, n) uvec4(ivec4(vec4(ivec4(x & ~0u << n)) * (1.0 / float(1 << n))) & int(~0u >> n))
-#else
-  #define RIGHT(x, n) (x >> n)
-#endif
-uvec4 strand_hash(uvec4 x) {
-  x = (x ^ RIGHT(x, 16)) * 0x7feb352du;
-  x = (x ^ RIGHT(x, 15)) * 0x846ca68bu;
-  return x ^ RIGHT(x, 16);
-}
-vec4 blend_of(vec2 part) {
-  vec2 next = part * part * (3.0 - 2.0 * part), here = 1.0 - next;
-  return vec4(here, next) * inversesqrt(here * here + next * next).xyxy;
-}
-// Noise of two lattices.
-vec2 lattice_noise(uvec2 keys, ivec4 whole, vec4 part) {
-  vec4 weights = blend_of(part.xy), others = blend_of(part.zw);
-  uvec4 rows = strand_hash(keys.xxyy + uvec4(whole.xxzz) + uvec4(0, 1, 0, 1)) + uvec4(whole.yyww);
-  vec4 here = vec4(strand_hash(rows) & 255u) - 127.5, next = vec4(strand_hash(rows + 1u) & 255u) - 127.5;
-  vec4 of_rows = vec4(weights.xz, others.xz) * (here * vec4(weights.yy, others.yy) + next * vec4(weights.ww, others.ww));
-  return (of_rows.xz + of_rows.yw) * 0.013531648;
-}
-// Row and length of a run at a place, along and across it; and the parts of the way to the next ones.
-void find_row(ivec3 run, vec3 numbers, vec2 place, out ivec2 whole, out vec2 part) {
-  ivec2 repeat = ivec2(clamp(floor(place), -1e9, 1e9));
-  vec2 within = place - floor(place); int first = repeat.x & (run.z - 1);
-  vec2 at = vec2(within.y * float(run.x) + numbers.x, (float(first) + within.x) * numbers.z);
-  whole = ivec2(repeat.y * run.x, int(float(repeat.x - first) / float(run.z)) * run.y) + ivec2(floor(at));
-  part = fract(at);
+// Variation beyond the repeat: the twin of format/fabric/variation.h, whose lattices are layers of a texture (noise.js).
+uniform mediump sampler2DArray cell_noise;
+uniform vec4 noise_places[6];  // of each lattice, rows and lengths of a repeat, and where they begin
+uniform float noise_layers[6];
+uniform float varied_numbers[16];  // change of each run the second of three; fractions of yarn along v, front and back; relief
+// Noise of a lattice at a place along and across its rows.
+float noise_at(int k, vec2 place, bool of_single_rows) {
+  vec2 at = place.yx * noise_places[k].xy + noise_places[k].zw, whole = floor(at), part = at - whole, size = vec2(textureSize(cell_noise, 0));
+  if (of_single_rows) part.x = clamp(part.x * (4.0 / 3.0) - 1.0 / 6.0, 0.0, 1.0);
+  vec2 next = part * part * (3.0 - 2.0 * part), here = 1.0 - next, weight = here * here + next * next;
+  float layer = floor((whole.x + 0.5) / (size.y - 1.0));
+  at = whole + next + 0.5 - vec2(layer * (size.y - 1.0), 0.0);
+  return (textureLod(cell_noise, vec3(at.yx / size, layer + noise_layers[k]), 0.0).r - 0.5) * inversesqrt(weight.x * weight.y) * 3.4505702;
 }
 // Rows and lengths that a pixel shows.
-#define seen_at_once(i, pixel) ((pixel).yx * vec2(varied_runs[3 * i], varied_numbers[3 * i + 2]))
+vec2 seen_at_once(int k, vec2 pixel) { return max(pixel.yx * noise_places[k].xy, 1.0); }
 // Where the fabric is looked up: rows leave their places as far as pixels show single ones.
 vec2 place_of(vec2 uv, vec2 pixel) {
-  vec2 along_u = max(seen_at_once(0, pixel), 1.0), along_v = max(seen_at_once(1, pixel.yx), 1.0);
+  vec2 along_u = seen_at_once(0, pixel), along_v = seen_at_once(2, pixel.yx);
   vec2 change = clamp(4.0 / max(along_u.x * along_u.y, along_v.x * along_v.y) - 1.0, 0.0, 1.0) * vec2(varied_numbers[10], varied_numbers[7]);
-  if (!(change.x + change.y > 0.0)) return uv;
-  ivec4 whole; vec4 part;
-  find_row(RUN(3), NUMBERS(3), uv.yx, whole.xy, part.xy);
-  find_row(RUN(2), NUMBERS(2), uv, whole.zw, part.zw);
-  return uv + change * lattice_noise(uvec2(varied_keys[5], varied_keys[4]), whole, part);
+  return change.x + change.y > 0.0 ? uv + change * vec2(noise_at(5, uv.yx, false), noise_at(4, uv, false)) : uv;
 }
 // The change of yarn along an axis: of single rows, and of areas.
-float varied_along(ivec3 run, vec3 numbers, uvec2 keys, vec2 place, vec2 seen) {
-  if (!(numbers.y > 0.0)) return 1.0;
-  ivec4 whole; vec4 part;
-  find_row(run, numbers, place, whole.xy, part.xy);
-  ivec2 of_area = whole.xy & ivec2(7, 3); whole.zw = ivec2(vec2(whole.xy - of_area) * vec2(0.125, 0.25));
-  part.zw = (vec2(of_area) + part.xy) * vec2(0.125, 0.25);
-  part.x = clamp(part.x * (4.0 / 3.0) - 1.0 / 6.0, 0.0, 1.0);
-  vec4 at_once = max(seen.xyxy * vec4(1.0, 1.0, 0.125, 0.25), 1.0);
-  vec2 noise = lattice_noise(keys, whole, part) / (at_once.xz * at_once.yw);
-  return clamp(1.0 + numbers.y * (noise.x + 0.25 * noise.y), 0.0, 2.0);
+float varied_along(int axis, vec2 place, vec2 pixel) {
+  float change = varied_numbers[3 * axis + 1];
+  if (!(change > 0.0)) return 1.0;
+  vec2 rows = seen_at_once(2 * axis, pixel), areas = seen_at_once(2 * axis + 1, pixel);
+  float noise = noise_at(2 * axis, place, true) / (rows.x * rows.y) + 0.25 * noise_at(2 * axis + 1, place, false) / (areas.x * areas.y);
+  return clamp(1.0 + change * noise, 0.0, 2.0);
 }
 float varied(float along_v, vec2 place, vec2 pixel) {
   float of_u = 1.0, of_v = 1.0;
-  if (along_v < 1.0) of_u = varied_along(RUN(0), NUMBERS(0), uvec2(varied_keys[0], varied_keys[1]), place, seen_at_once(0, pixel));
-  if (along_v > 0.0) of_v = varied_along(RUN(1), NUMBERS(1), uvec2(varied_keys[2], varied_keys[3]), place.yx, seen_at_once(1, pixel.yx));
+  if (along_v < 1.0) of_u = varied_along(0, place, pixel);
+  if (along_v > 0.0) of_v = varied_along(1, place.yx, pixel.yx);
   return mix(of_u, of_v, along_v);
 }
 `;
@@ -280,7 +249,7 @@ void main() {
     brighter = unpackHalf2x16(numbers.z >> 13).x / scale;
     brightest = cell_brighter;
     // Odd steps are yarn along v, where there is both.
-    float along_v = height > 0 && varied_runs[0] * varied_runs[3] > 0 ? float(height & 1) : fabric_side > 0.0 ? varied_numbers[12] : varied_numbers[13];
+    float along_v = height > 0 && noise_places[0].x * noise_places[2].x > 0.0 ? float(height & 1) : fabric_side > 0.0 ? varied_numbers[12] : varied_numbers[13];
     change = varied(along_v, place, pixel);
   }
 #ifdef FABRIC_KEEPS_OPACITY
@@ -312,8 +281,7 @@ void main() {
 `;
 
 /** The fragment shader of a fabric. */
-export const fragment_shader = ({keeps_opacity, is_lit_around, has_vertex_light, parts}, in_software, is_instanced) => [
-  is_instanced ? '#define INSTANCED\n' : '',
-  in_software ? '#define IN_SOFTWARE\n' : '', is_lit_around ? '#define AROUND\n' : '', has_vertex_light ? '#define VERTEX_LIGHT\n' : '',
+export const fragment_shader = ({keeps_opacity, is_lit_around, has_vertex_light, parts}, is_instanced) => [
+  is_instanced ? '#define INSTANCED\n' : '', is_lit_around ? '#define AROUND\n' : '', has_vertex_light ? '#define VERTEX_LIGHT\n' : '',
   keeps_opacity ? '#define FABRIC_KEEPS_OPACITY\n' : '', parts_fragment_code(parts), FRAGMENT_NAMES, FRAGMENT_BODY
 ].join('');
