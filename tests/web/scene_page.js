@@ -98,23 +98,35 @@ export async function drawn(file, view, lights, environment, { frames = 1, tint 
   return { pixels: base64(pixels), ms, rest: (begin - asked) / 1000, shows: materials.map(({ shows }) => shows) };
 }
 
-/** Pictures as `drawn` has them of a garment's first material on its way to rest, one after each message of the worker once it is shown. */
+/**
+ * Pictures as `drawn` has them of a garment's first material: the first one in its fabric and the one at rest; then of its other side,
+ * which has no images, and at rest.
+ */
 export async function coming(file, view, lights) {
   const { scene: garment, materials: [material] } = await load(file), scene = new Scene(), pictures = [];
   const target = new RenderTarget(view.width, view.height, { type: FloatType });
   scene.add(garment, ...lights.map(light_of));
   garment.traverse((object) => { object.visible = !object.isMesh || object.material === material; });
   renderer.setRenderTarget(target);
-  const draw = () => {
+  const draw = async (view) => {
     renderer.render(scene, camera_of(view));
-    if (material.shows === 'fabric') pictures.push(read(renderer, target));
+    pictures.push(base64(rows_of(await read(renderer, target), target)));
   };
-  cell_images.addEventListener('change', draw);
+  let first = null;
+  const draw_first = () => {
+    if (material.shows === 'fabric') first ??= draw(view);
+  };
+  cell_images.addEventListener('change', draw_first);
   await settle(scene, camera_of(view), [material]);
-  cell_images.removeEventListener('change', draw);
-  const all = await Promise.all(pictures);
+  cell_images.removeEventListener('change', draw_first);
+  await first;
+  await draw(view);
+  const behind = { ...view, azimuth: view.azimuth + 180 };
+  await draw(behind);
+  await settle(scene, camera_of(behind), [material]);
+  await draw(behind);
   target.dispose();
-  return all.map((pixels) => base64(rows_of(pixels, target)));
+  return pictures;
 }
 
 /**

@@ -580,26 +580,16 @@ EXPORT(table_of) const TableNumbers* table_of(std::uint32_t number) {
   };
   const std::span<const std::uint32_t> chosen = patches.table();
   const std::span<TableEntry> to(&page.table[garment.first_table_entry], chosen.size());
-  // Rows of a patch have its tiles; without those an entry has its neighbour's.
+  // Rows of a patch have its tiles.
   constexpr TableEntry unknown{0xFFFF, 0xFFFF};
   std::vector<TableEntry> of_patch(patches.count(), unknown);
-  TableEntry last{0, 0};
-  std::array<std::size_t, 2> first_filled{chosen.size(), chosen.size()};
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    if (i == 0 || chosen[i] != chosen[i - 1]) {
-      TableEntry& tiles = of_patch[chosen[i]];
-      for (std::uint32_t side = 0; side < 2; ++side) {
-        if (tiles[side] == unknown[side]) tiles[side] = static_cast<std::uint16_t>(shown(chosen[i], side));
-        if (tiles[side] == 0) continue;
-        last[side] = tiles[side];
-        first_filled[side] = std::min(first_filled[side], i);
-      }
-    }
-    to[i] = last;
+    TableEntry& tiles = of_patch[chosen[i]];
+    if (tiles == unknown)
+      for (std::uint32_t side = 0; side < 2; ++side)
+        tiles[side] = static_cast<std::uint16_t>(shown(chosen[i], side));
+    to[i] = tiles;
   }
-  for (std::size_t side = 0; side < 2; ++side)
-    for (std::size_t i = 0; i < first_filled[side]; ++i)
-      to[i][side] = first_filled[side] < chosen.size() ? to[first_filled[side]][side] : std::uint16_t{0};
   const auto missing = std::ranges::count_if(
       garment.needs, [&](const PatchNeed& need) { return tile_of(need.patch / 2, need.patch % 2) == 0; });
   result = {static_cast<std::uint32_t>(garment.first_table_entry),
