@@ -3,7 +3,7 @@ import {MeshPhysicalMaterial, MeshStandardMaterial, REVISION} from 'three';
 import {cell_images} from './cell_images.js';
 import {fabric_material} from './fabric_material.js';
 import {parts_cache_key, set_kept_textures} from './garment_parts.js';
-import {ALREADY_DRAWN, draw_sorted, sort_triangles} from './order.js';
+import {ALREADY_DRAWN, draw_once, draw_sorted, sort_triangles} from './order.js';
 import {fragment_shader, vertex_shader} from './shader.js';
 import {webgl_atlas} from './webgl_atlas.js';
 import {picture_drawn} from './webgl_environment.js';
@@ -30,7 +30,9 @@ export class FabricMaterial extends fabric_material(MeshPhysicalMaterial) {
   onBeforeRender(renderer, scene, camera, geometry, object, group) {
     if (group === ALREADY_DRAWN) return;
     this.prepare(renderer, scene, camera, geometry, object);
-    if (this.shows === 'fabric' && this.transparent && this.forceSinglePass) draw_sorted(renderer, scene, camera, object, geometry, this);
+    if (this.shows !== 'fabric') return;
+    if (this.transparent && this.forceSinglePass) draw_sorted(renderer, scene, camera, object, geometry, this);
+    if (!this.transparent && sort_triangles(object, geometry, camera, this)) draw_once(object, geometry, Infinity);
   }
   prepare(renderer, scene, camera, geometry, object) {
     super.prepare(renderer, scene, camera, geometry, object);

@@ -1,4 +1,5 @@
-// Sorts the triangles of surfaces with holes from far to near, so that any number of their layers shows through them.
+// Sorts the triangles of surfaces with holes from far to near, so that any number of their layers shows through them; of others from
+// near to far, so that few are shaded that others hide.
 import {BufferAttribute, DynamicDrawUsage, Frustum, Matrix4, Vector3, Vector4} from 'three';
 
 /** Places that the depths of a surface are sorted into. */
@@ -59,19 +60,21 @@ function depth_rows(object, camera) {
  * Sorts the triangles of an object that a camera sees; whether it could. Morphed surfaces are sorted as if they were at rest, and
  * instances and groups of triangles are not sorted.
  */
-export function sort_triangles(object, geometry, camera, {displacementMap}) {
+export function sort_triangles(object, geometry, camera, {displacementMap, transparent}) {
   const {position} = geometry.attributes;
   if (object.isInstancedMesh || object.isBatchedMesh || geometry.groups.length > 0 || geometry.drawRange.count !== Infinity)
     return false;
   let surface = surfaces.get(geometry);
-  if (surface?.position !== position || surface.version !== position.version)
+  if (surface?.position !== position || (transparent && surface.version !== position.version))
     surfaces.set(geometry, surface = surface_of(geometry));
   const {corners, firsts, spheres, bones, sorted, seen, depths, ends} = surface, rows = depth_rows(object, camera), to = sorted.array;
-  const now = `${rows} ${to_clip.elements}`;
+  // Without holes any order shows the same: another one where the view has turned far.
+  const directions = () => rows.map(([x, y, z]) => [x, y, z].map((part) => Math.round(2 * part / Math.hypot(x, y, z))));
+  const now = transparent ? `${rows} ${to_clip.elements}` : `${directions()}`;
   if (now === surface.last) return true;
   surface.last = now;
   // Where other shapes than the geometry's are drawn, all are.
-  const is_still = !object.isSkinnedMesh && !object.morphTargetInfluences?.length && !displacementMap;
+  const is_still = transparent && !object.isSkinnedMesh && !object.morphTargetInfluences?.length && !displacementMap;
   const planes = is_still ? frustum.setFromProjectionMatrix(to_clip, camera.coordinateSystem, camera.reversedDepth).planes : [];
   let n = 0, least = Infinity, most = -Infinity;
   for (let c = 0; c < firsts.length - 1; ++c) {
@@ -83,7 +86,7 @@ export function sort_triangles(object, geometry, camera, {displacementMap}) {
     most = Math.max(most, depths[n]);
     seen[n++] = c;
   }
-  const scale = most > least ? (PLACES - 1) / (most - least) : 0, place_of = (i) => Math.floor((depths[i] - least) * scale);
+  const scale = most > least ? (PLACES - 1) / (most - least) : 0, place_of = (i) => Math.floor((transparent ? depths[i] - least : most - depths[i]) * scale);
   ends.fill(0);
   for (let i = 0; i < n; ++i) ends[place_of(i) + 1] += firsts[seen[i] + 1] - firsts[seen[i]];
   for (let i = 0; i < PLACES; ++i) ends[i + 1] += ends[i];
@@ -126,7 +129,7 @@ function run_from(renderer, scene, camera, object, material) {
 }
 
 /** Lets three.js draw `count` sorted corners of an object, and gives it its own ones back then. */
-function draw_once(object, geometry, count) {
+export function draw_once(object, geometry, count) {
   const {index} = geometry, {onAfterRender} = object;
   geometry.index = surfaces.get(geometry).sorted;
   geometry.setDrawRange(0, count);
