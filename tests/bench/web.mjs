@@ -2,7 +2,8 @@
 // end; in a room's light with shadow maps, 960 x 540. Without a graphics processor, seconds are of processors: of all of Chromium.
 // First the seconds from the start of its script until it is in its fabrics, and until it rests, its worker's apart. Then frames,
 // the worker's part included, beside the same garment in three.js's MeshPhysicalMaterial, the fallback with its maps and sheen:
-// medians of alternating runs. dB: the last moving frame to the same view at rest. Then the main thread's part of a frame of skins.
+// medians of alternating runs. dB: the last moving frame to the same view at rest. Then the fragments that are shaded for a pixel of
+// cloth, and the main thread's part of a frame of skins.
 //
 //   node web.mjs PACKAGE_FOLDER GARMENT.glb [RUNS] [WAYS]
 import { readFileSync, readdirSync } from 'node:fs';
@@ -52,7 +53,7 @@ for (const way of ways.split(', ')) {
     await call('rest');
     told.push(`${way}: in fabrics after ${first}; at rest after ${since()}`);
     for (const [name, pixels, degrees] of VIEWS.slice(0, way === 'WebGL' ? 4 : 2)) {
-      const ms = { material: [], moving: [], still: [] };
+      const ms = { material: [], moving: [], still: [] }, layers = {};
       let decibels = 0;
       for (let run = 0; run < Number(runs); ++run) {
         for (const [kind, shows, step] of [['material', false, degrees], ['moving', true, degrees], ['still', true, 0]]) {
@@ -61,11 +62,13 @@ for (const way of ways.split(', ')) {
           await call('draw', FRAMES, step);
           ms[kind].push((computed() - before) / FRAMES);
           if (kind === 'moving') decibels = await call('moving_decibels');
+          if (way === 'WebGL') layers[kind] = await call('overdraw');
         }
       }
       const [material, moving, still] = [ms.material, ms.moving, ms.still].map(median);
       console.log(`| ${way === 'WebGL' ? '' : `${way}, `}${name} | ${material.toFixed(0)} | ${moving.toFixed(0)} | ${(moving / material).toFixed(2)} | ` +
         `${decibels.toFixed(1)} | ${still.toFixed(0)} | ${(still / material).toFixed(2)} |`);
+      if (way === 'WebGL') told.push(`${name}: ${layers.still.toFixed(2)} fragments a pixel of cloth, of the material ${layers.material.toFixed(2)}`);
     }
     // Images follow a skin, which has another shape in each frame.
     const vertices = await call('skin'), main = [];

@@ -1,6 +1,6 @@
 // In the browser: frames of a garment for web.mjs, drawn in a way of tests/web.
 import {
-  Bone, Float32BufferAttribute, FloatType, PerspectiveCamera, Scene, Skeleton, SkinnedMesh, Uint16BufferAttribute, Vector3,
+  Bone, CustomBlending, Float32BufferAttribute, FloatType, NormalBlending, OneFactor, PerspectiveCamera, Scene, Skeleton, SkinnedMesh, Uint16BufferAttribute, Vector3,
 } from 'three';
 import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
@@ -121,6 +121,25 @@ export async function moving_decibels() {
   await rest();
   const errors = (await picture()).reduce((sum, x, i) => sum + (i % 4 < 3 ? (x - moving[i]) ** 2 : 0), 0);
   return -10 * Math.log10(errors / (3 * target.width * target.height));
+}
+
+/** Fragments of a pixel of cloth that its material shades, in a WebGLRenderer: each adds one to the picture. */
+export async function overdraw() {
+  for (const material of materials) {
+    const of = Object.getPrototypeOf(material), onBeforeCompile = (shader, ...rest) => {
+      of.onBeforeCompile.call(material, shader, ...rest);
+      shader.fragmentShader = shader.fragmentShader.replace(/}\s*$/, 'gl_FragColor = vec4(1.0); }');
+    };
+    Object.assign(material, { onBeforeCompile, customProgramCacheKey: () => `${of.customProgramCacheKey.call(material)} counted`, blending: CustomBlending, blendSrc: OneFactor, blendDst: OneFactor, needsUpdate: true });
+  }
+  await frame();
+  const counts = (await read(renderer, target)).filter((x, i) => i % 4 === 0 && x > 0);
+  for (const material of materials) {
+    delete material.onBeforeCompile;
+    delete material.customProgramCacheKey;
+    Object.assign(material, { blending: NormalBlending, needsUpdate: true });
+  }
+  return counts.reduce((sum, x) => sum + x, 0) / counts.length;
 }
 
 /** Draws frames of an orbit by so many degrees each. */

@@ -1,10 +1,11 @@
 // The examples of Vite and esbuild show a sweater in its fabric; without worker or module they say what is missing, and the remedy.
+// By nodes a page has at most 30 kB that the other plugin has not.
 //
 //   node bundlers.mjs PACKAGE_FOLDER BIN_FOLDER OUTPUT_FOLDER
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { cpSync, existsSync, mkdirSync, readdirSync, rmSync, symlinkSync } from 'node:fs';
-import { join, resolve } from 'node:path';
+import { basename, join, resolve } from 'node:path';
 import { sample_garment } from '../node/sample_garment.mjs';
 import { MODULES, here, in_browser } from './browser.mjs';
 
@@ -54,4 +55,11 @@ for (const [name, bundle] of Object.entries(bundlers)) {
   assert.match(of_module, /GRAPHICS_UNAVAILABLE.*cells.*\.wasm: HTTP 404; serve cells.wasm there.*use_worker\(\)/);
   console.log(`${name}: shown; ${of_worker}; ${of_module}`);
 }
+// Minified, without three.js: what each plugin has of its own, and what both have.
+const { build } = await import(join(MODULES, 'esbuild/lib/main.js')), entryPoints = { three: 'index', nodes: 'nodes' };
+for (const name in entryPoints) entryPoints[name] = join(package_folder, `three/${entryPoints[name]}.js`);
+const { outputFiles } = await build({ entryPoints, bundle: true, splitting: true, minify: true, format: 'esm', target: 'es2022', external: ['three', 'three/*'], outdir: output, write: false });
+const sizes = Object.fromEntries(outputFiles.map(({ path, contents }) => [basename(path), contents.length]));
+console.log(sizes);
+assert.ok(sizes['nodes.js'] > 0 && sizes['nodes.js'] <= 30e3);
 rmSync(folder, { recursive: true, force: true });

@@ -106,7 +106,7 @@ export class CellModule {
   }
   /** Makes images of the next `count` patches. Returns how many are left. */
   make_images = (number, count) => this.#of.make_images(number, count);
-  /** How far the next patch is from the middle of the picture, in halves of it; Infinity: there is none. */
+  /** How far the next patch is from the middle of the picture, in halves of it; Infinity without one. */
   next_off_middle = (number) => this.#of.next_off_middle(number);
   /**
    * { first, entries, tiles, missing, wanted }: a garment's part of the table, all tiles, and of the patches in sight those

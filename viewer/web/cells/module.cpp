@@ -230,6 +230,35 @@ float off_middle(const Camera& camera, const Patch& patch) {
                    max_off_middle);
 }
 
+/// Orders the patches in sight for their images, and those that are shown stay: first come patches without
+/// one, then, while it moves, those that were not looked at for longest; and of these the middle's.
+void choose_visits(Garment& garment) {
+  const Patches& patches = garment.store->patches();
+  const bool is_moving = garment.options.cells.is_moving;
+  const auto visit = [&](std::size_t first, std::size_t end, int part) {
+    std::vector<std::tuple<std::uint64_t, float, std::size_t>> all;
+    for (std::size_t i = first; i < end; ++i) {
+      const PatchSide patch = garment.needs[i].patch;
+      const auto& [image, last_frame] = garment.shown[patch];
+      const bool is_there = image != 0 && page.atlas.find(image, 0) != 0;
+      all.emplace_back(is_moving && is_there ? last_frame : 0, off_middle(garment.camera, patches[patch / 2]),
+                       i);
+    }
+    std::ranges::sort(all);
+    const auto shown = std::ranges::find_if(all, [](const auto& each) { return std::get<0>(each) != 0; });
+    const auto count = shown - all.begin() + (all.end() - shown + part - 1) / part;
+    for (const auto& [last_frame, off, i] : std::span(all).first(static_cast<std::size_t>(count))) {
+      garment.visits.push_back(garment.needs[i]);
+      garment.visits_off_middle.push_back(off + (first > 0 ? max_off_middle : 0));
+    }
+  };
+  garment.visits.clear();
+  garment.visits_off_middle.clear();
+  visit(0, garment.front_need_count, is_moving ? visits_of_front : 1);
+  garment.front_visit_count = garment.visits.size();
+  visit(garment.front_need_count, garment.needs.size(), is_moving ? visits_behind : 1);
+}
+
 /// Notes what is in sight: depths of a coarse frame, then which triangles lie behind them.
 void mark_visible(Garment& garment) {
   const MergedSurfaces& mesh = garment.mesh;
@@ -296,31 +325,7 @@ void mark_visible(Garment& garment) {
   const double all = all_need();
   garment.memory_bytes = page.fill_fraction * static_cast<double>(page.image_memory_bytes) *
                          (all > 0 ? garment.needed_bytes / all : 1);
-  // Images that are shown stay; first come patches without an image, then those that were not looked at for
-  // longest, while it moves; and of these patches that are large or in the middle of the picture.
-  const bool is_moving = garment.options.cells.is_moving;
-  const auto visit = [&](std::size_t first, std::size_t end, int part) {
-    std::vector<std::tuple<std::uint64_t, float, std::size_t>> all;
-    for (std::size_t i = first; i < end; ++i) {
-      const PatchSide patch = garment.needs[i].patch;
-      const auto& [image, last_frame] = garment.shown[patch];
-      const bool is_there = image != 0 && page.atlas.find(image, 0) != 0;
-      all.emplace_back(is_moving && is_there ? last_frame : 0, off_middle(garment.camera, patches[patch / 2]),
-                       i);
-    }
-    std::ranges::sort(all);
-    const auto shown = std::ranges::find_if(all, [](const auto& each) { return std::get<0>(each) != 0; });
-    const auto count = shown - all.begin() + (all.end() - shown + part - 1) / part;
-    for (const auto& [last_frame, off, i] : std::span(all).first(static_cast<std::size_t>(count))) {
-      garment.visits.push_back(garment.needs[i]);
-      garment.visits_off_middle.push_back(off + (first > 0 ? max_off_middle : 0));
-    }
-  };
-  garment.visits.clear();
-  garment.visits_off_middle.clear();
-  visit(0, garment.front_need_count, is_moving ? visits_of_front : 1);
-  garment.front_visit_count = garment.visits.size();
-  visit(garment.front_need_count, garment.needs.size(), is_moving ? visits_behind : 1);
+  choose_visits(garment);
 }
 
 /// The first entry of a free run of this length in the table.
