@@ -6,8 +6,8 @@ import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
 import { cpSync, mkdirSync, readFileSync, rmSync, statSync, truncateSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
-import { crc32, deflateSync } from 'node:zlib';
 import { fileURLToPath } from 'node:url';
+import { data_uri, png, png_of } from '../../spec/conformance/generate/garment.mjs';
 import { with_columns, with_letter, with_number, with_rows, with_stitch } from '../../apps/web/design/text_grid.mjs';
 import { from_file } from './browser.mjs';
 import { json_of_glb, with_json } from './garment.mjs';
@@ -195,7 +195,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   // The command dresses all that is worn; the body has a print.
   const sweater = readFileSync(fileURLToPath(new URL('../../samples/sweater.glb', import.meta.url))), printed = json_of_glb(sweater);
   const push = (list, value) => (printed[list] ??= []).push(value) - 1;
-  const source = push('images', { uri: 'data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8DwHwAFBQIAX8jx0gAAAABJRU5ErkJggg==' });
+  const source = push('images', { uri: data_uri('image/png', png()) });
   printed.materials[0].pbrMetallicRoughness = { baseColorFactor: [0.5, 0.2, 0.01, 1], baseColorTexture: { index: push('textures', { source }) } };
   writeFileSync(path('printed.glb'), with_json(sweater, printed));
   const part = (name) => page.getByLabel(name, { exact: true }), dressed = () => page.getByRole('alert').filter({ hasText: /dressing/ }).waitFor({ state: 'detached' });
@@ -263,14 +263,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   await changes('instructions', () => text.fill('Row 1 (RS): *K1, p1; rep from * to end.\nRow 2: P the knits and k the purls.\n'));
   assert.equal(await cell(/^Row 2, column/).count(), 2);
   // A picture is a chart by its colours.
-  const chunk = (name, data) => {
-    const numbers = Buffer.alloc(8), body = Buffer.concat([Buffer.from(name), data]);
-    numbers.writeUInt32BE(data.length);
-    numbers.writeUInt32BE(crc32(body), 4);
-    return [numbers.subarray(0, 4), body, numbers.subarray(4)];
-  };
-  const rows = deflateSync(Buffer.from([[0, 255, 0, 0, 255, 255, 255], [0, 255, 255, 255, 255, 255, 255]].flat()));
-  writeFileSync(path('motif.png'), Buffer.concat([Buffer.from('\x89PNG\r\n\x1a\n', 'latin1'), ...chunk('IHDR', Buffer.from([0, 0, 0, 2, 0, 0, 0, 2, 8, 2, 0, 0, 0])), ...chunk('IDAT', rows), ...chunk('IEND', Buffer.alloc(0))]));
+  writeFileSync(path('motif.png'), png_of([[255, 0, 0, 255, 255, 255], [255, 255, 255, 255, 255, 255]], 3));
   const motif = await changes('picture', () => open_file(path('motif.png')));
   assert.equal(motif.stitch, 'motif.txt');
   await cell('Row 2, column 1: k of B').waitFor();

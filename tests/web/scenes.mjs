@@ -11,8 +11,7 @@ import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdirSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { basename, dirname, join } from 'node:path';
-import { deflateSync } from 'node:zlib';
-import { crc } from '../../spec/conformance/generate/garment.mjs';
+import { data_uri, png_of } from '../../spec/conformance/generate/garment.mjs';
 import { sample_garment } from '../node/sample_garment.mjs';
 import { MODULES, in_browser } from './browser.mjs';
 import { garment_of } from './garment.mjs';
@@ -110,17 +109,8 @@ writeFileSync(path('curtain.gltf'), garment_of(['both.fabric.exr'], { surface: s
 
 /** A picture of 32 x 32 pixels as a data URI. */
 function picture_of(texel) {
-  const SIDE = 32, rows = [];
-  for (let y = 0; y < SIDE; ++y) rows.push(0, ...Array.from({ length: SIDE }, (_, x) => texel(x / SIDE, y / SIDE)).flat());
-  const chunk = (type, data) => {
-    const body = Buffer.concat([Buffer.from(type), data]), ends = Buffer.alloc(8);
-    ends.writeUInt32BE(data.length, 0);
-    ends.writeUInt32BE(crc(body), 4);
-    return Buffer.concat([ends.subarray(0, 4), body, ends.subarray(4)]);
-  };
-  const head = Buffer.from([0, 0, 0, SIDE, 0, 0, 0, SIDE, 8, 6, 0, 0, 0]), start = [0x89, 0x50, 0x4E, 0x47, 0x0D, 0x0A, 0x1A, 0x0A];
-  const png = [Buffer.from(start), chunk('IHDR', head), chunk('IDAT', deflateSync(Buffer.from(rows))), chunk('IEND', Buffer.alloc(0))];
-  return `data:image/png;base64,${Buffer.concat(png).toString('base64')}`;
+  const along = Array.from({ length: 32 }, (_, k) => k / 32);
+  return data_uri('image/png', png_of(along.map((y) => along.flatMap((x) => texel(x, y))), 4));
 }
 const wave = (x, y, step) => Math.round(140 + 90 * Math.sin(2 * Math.PI * (x + step)) * Math.cos(2 * Math.PI * (y - step)));
 const laid = (index, rotation, scale) =>

@@ -1,6 +1,6 @@
 // A garment of one triangle with a fabric, and fixtures made of it.
 import {file_of} from './make.mjs';
-import {deflateSync} from 'node:zlib';
+import {crc32, deflateSync} from 'node:zlib';
 
 export const NAME = 'SELVEDGE_materials_fabric';
 const sound = {name: 'cloth', texels: [1, 1], layers: ['lobes'], K: 0, value: {lobes: () => 0.125}};
@@ -14,31 +14,22 @@ export const ALMOST_CLOSED = of_opacity('almost closed cloth', 1 - 2 ** -11);
 export const BROKEN = file_of({...sound, name: 'broken cloth', value: {lobes: () => -1}});
 export const data_uri = (type, bytes) => `data:${type};base64,${bytes.toString('base64')}`;
 
-/** The checksum of PNG. */
-export function crc(bytes) {
-  let sum = 0xFFFFFFFF;
-  for (const byte of bytes) {
-    sum ^= byte;
-    for (let i = 0; i < 8; ++i) sum = sum >>> 1 ^ (sum & 1 ? 0xEDB88320 : 0);
-  }
-  return (sum ^ 0xFFFFFFFF) >>> 0;
-}
-
-/** The fallback's picture, 1 x 1 pixel: the albedo pi rho = 0.39, sRGB-encoded. */
-export function png() {
+/** A picture of rows of bytes, so many a pixel. */
+export function png_of(rows, channels) {
   const chunk = (type, data) => {
-    const body = Buffer.concat([Buffer.from(type), data]);
-    const ends = Buffer.alloc(8);
+    const body = Buffer.concat([Buffer.from(type), data]), ends = Buffer.alloc(8);
     ends.writeUInt32BE(data.length, 0);
-    ends.writeUInt32BE(crc(body), 4);
+    ends.writeUInt32BE(crc32(body), 4);
     return Buffer.concat([ends.subarray(0, 4), body, ends.subarray(4)]);
   };
-  const head = Buffer.from([0, 0, 0, 1, 0, 0, 0, 1, 8, 2, 0, 0, 0]);
-  return Buffer.concat([
-    Buffer.from([0x89, 0x50, 0x4E, 0x47, 0x0D, 0x0A, 0x1A, 0x0A]), chunk('IHDR', head),
-    chunk('IDAT', deflateSync(Buffer.from([0, 168, 168, 168]))), chunk('IEND', Buffer.alloc(0))
-  ]);
+  const head = Buffer.from([0, 0, 0, 0, 0, 0, 0, 0, 8, channels === 4 ? 6 : 2, 0, 0, 0]);
+  head.writeUInt32BE(rows[0].length / channels, 0);
+  head.writeUInt32BE(rows.length, 4);
+  const lines = Buffer.from(rows.flatMap((row) => [0, ...row]));
+  return Buffer.concat([Buffer.from('\x89PNG\r\n\x1a\n', 'latin1'), chunk('IHDR', head), chunk('IDAT', deflateSync(lines)), chunk('IEND', Buffer.alloc(0))]);
 }
+/** The fallback's picture, 1 x 1 pixel: the albedo pi rho = 0.39, sRGB-encoded. */
+export const png = () => png_of([[168, 168, 168]], 3);
 
 /** A sound garment: a triangle whose material has the fabric and a fallback. */
 function garment() {
