@@ -2,8 +2,8 @@
 /** Errors of writing, by the numbers of WASI's errno. */
 const ERRNO = { EACCES: 2, EPERM: 63, ENOENT: 44, ENOTDIR: 54, EROFS: 69, ENOSPC: 51 }, EIO = 29;
 const MODES = ['ATTRIBUTES', 'TRIANGLES', 'INDICES'], FILTERS = ['NONE', 'OCTAHEDRAL', 'QUATERNION', 'EXPONENTIAL'];
-/** Bytes of the key of a shape. */
-export const KEY = 32;
+/** Characters of the key of a shape of yarn at rest. */
+const KEY = 32;
 const read_text = new TextDecoder(), write_text = new TextEncoder();
 
 /** The functions of format/web/host.h. `codecs`: { inflate(bytes), deflate(bytes, level), meshopt, encoder, draco }, the last a DracoDecoder. */
@@ -66,13 +66,12 @@ function functions_of(host, codecs, state) {
       if (values) give(state, values);
       return Boolean(values);
     },
-    // Of recipes alone (make.mjs).
     recall: (key) => {
-      const shape = host.recall?.(bytes(key, KEY));
+      const shape = host.recall?.(text(key, KEY));
       if (shape) give(state, shape);
       return Boolean(shape);
     },
-    emit: (event, at, count) => host.emit?.(event, bytes(at, count).slice())
+    keep: (key, at, count) => host.keep?.(text(key, KEY), bytes(at, count).slice())
   };
 }
 
@@ -102,14 +101,14 @@ function wasi(host, state) {
 }
 
 /** Gives the module bytes, or a text. */
-export function give(state, input) {
+function give(state, input) {
   const bytes = typeof input === 'string' ? write_text.encode(input) : input;
   const at = state.input(bytes.length);  // which may move the memory
   new Uint8Array(state.memory.buffer, at, bytes.length).set(bytes);
 }
 
 /** A module's instance: its exports, and the files that it has `written`. */
-export function start(module, host, codecs) {
+function start(module, host, codecs) {
   const state = { read: new Map(), staged: new Map(), written: new Map(), opened: [] };
   const { exports } = new WebAssembly.Instance(module, { host: functions_of(host, codecs, state), wasi_snapshot_preview1: wasi(host, state) });
   Object.assign(state, exports)._initialize();
@@ -127,12 +126,15 @@ export const memory_host = (files, said, progress) => ({
   stderr: (text) => { said.err += text; }
 });
 
-/** Runs the program, as run() of run.js. */
-export function run_module(module, argv, host, codecs) {
+/**
+ * Runs the program, as run() of run.js. What yarns at rest look like the host may remember: keep(key, bytes), recall(key).
+ * `entry`: 'preview' makes, in a fraction of the time, what looks about like the fabric that these words of `make` ask for.
+ */
+export function run_module(module, argv, host, codecs, entry = 'run') {
   try {
     const state = start(module, host, codecs);
     give(state, [host.folder ?? '/', host.shared ?? '/', ...argv].map((word) => `${word}\0`).join(''));
-    const status = state.run();
+    const status = state[entry]();
     for (const [path, bytes] of state.written) host.write(path, bytes);
     for (const path of state.opened) {
       if (host.open?.(path)) continue;

@@ -2,9 +2,11 @@
 // that is not there says so in a line.
 #include <filesystem>
 
+#include "apps/npm/yarn_memory.h"
 #include "apps/selvedge-view/commands.h"
 #include "apps/selvedge-view/page.h"
 #include "apps/selvedge/commands.h"
+#include "apps/selvedge/make.h"
 #include "converter/light/ray_scene.h"
 #include "fitter/refit_to_pairs.h"
 #include "format/base/guard.h"
@@ -21,6 +23,61 @@ std::string& host_input() {
 namespace {
 
 std::string shared_folder;
+
+/// The words of host_input(), each with '\0' behind it, but for the first two: the working folder and the
+/// folder of page.html. Progress goes to the host.
+std::vector<std::string> take_words() {
+  std::vector<std::string> words;
+  const std::string text = host_input();
+  for (std::size_t at = 0; at < text.size(); at += words.back().size() + 1)
+    words.emplace_back(text.data() + at);
+  std::filesystem::working_folder = words[0];
+  shared_folder = words[1];
+  words.erase(words.begin(), words.begin() + 2);
+  progress_sink = std::make_shared<const ProgressSink>(
+      [](const std::string& label, double fraction) { host_progress(label.data(), label.size(), fraction); });
+  default_relaxer = relaxed_once;
+  return words;
+}
+
+/// The yarn over texels that are all the same: where these are as many as usual, the file is small.
+Fabric preview_of(const Samples& samples, const MakeOptions& options) {
+  const SideSamples front = side_samples(samples, Side::front);
+  Fabric fabric = value_or_throw(fit(front.level, front.header, options.fit));
+  const FabricLevel texel = std::exchange(fabric.levels, {}).front();
+  for (int k = 3; k >= 0; --k) {
+    FabricLevel& level = fabric.levels.emplace_back();
+    level.width = level.height = 1 << k;
+    level.copy_texels(texel, k);
+    level.copied_from_coarser = false;
+  }
+  fabric.levels.front().set_yarns(std::make_shared<const Yarns>(samples.yarns, samples.header.period_mm));
+  return fabric;
+}
+
+/// Makes a fabric with about the yarn of the one that these options ask for.
+void make_preview(MakeCommand command) {
+  MakeOptions options = quality_named("draft");
+  BakeOptions& of_bake = options.bake;
+  of_bake.width = of_bake.height = 1;
+  of_bake.views = of_bake.lights = 16;
+  of_bake.held_out_pairs = of_bake.validation_pairs = 0;
+  of_bake.has_coarse_light = true;
+  TerminalProgress relaxation("relax", true);
+  TerminalProgress progress("bake", true);
+  command.cell.needs_stitch_mesh = false;
+  command.cell.progress = relaxation.callback();
+  command.cell.on_start = [&](const StitchSize& size) {
+    value_or_throw(check_room(size, command.input));
+    if (size.length_radii <= 1000) return;
+    default_relaxer = relaxed_roughly;
+    of_bake.views = of_bake.lights = 9;
+  };
+  const Cell cell = value_or_throw(find_cell(command.input, command.cell));
+  const Baked baked =
+      value_or_throw(bake(cell.yarn.value(), command.input, of_bake, "{}", progress.callback()));
+  value_or_throw(write_fabric(command.output, preview_of(baked.samples, options), options.write));
+}
 
 }  // namespace
 
@@ -65,21 +122,26 @@ extern "C" {
   return host_input().data();
 }
 
-/// Runs the words of host_input(), each with '\0' behind it; the first two are the working folder and the
-/// folder of page.html. Returns the exit status.
+/// Runs the words of the program; returns the exit status.
 [[clang::export_name("run")]] int selvedge_run() {
-  const std::string text = host_input();
-  std::vector<const char*> words;
-  for (std::size_t at = 0; at < text.size(); at = text.find('\0', at) + 1) words.push_back(text.data() + at);
-  std::filesystem::working_folder = std::string(words.front());
-  progress_sink = std::make_shared<const ProgressSink>(
-      [](const std::string& label, double fraction) { host_progress(label.data(), label.size(), fraction); });
-  shared_folder = words[1];
-  words[1] = "selvedge";
-  return run_selvedge(static_cast<int>(words.size()) - 1, words.data() + 1, [](Program& program) {
+  const std::vector<std::string> words = take_words();
+  std::vector<const char*> pointers{"selvedge"};
+  for (const std::string& word : words) pointers.push_back(word.c_str());
+  return run_selvedge(static_cast<int>(pointers.size()), pointers.data(), [](Program& program) {
     add_page_verb(program);
     add_design_verb(program);
   });
+}
+
+/// Makes what looks about like the fabric of a run of `make`, in a fraction of the time; returns 0, or 1: the
+/// run tells why not.
+[[clang::export_name("preview")]] int selvedge_preview() {
+  const std::vector<std::string> words = take_words();
+  const auto make = [&]() -> Result<void> {
+    make_preview(value_or_throw(make_command_of({words.begin() + 1, words.end()}, "", "")));
+    return {};
+  };
+  return catch_exceptions("", make) ? 0 : 1;
 }
 }
 

@@ -28,7 +28,7 @@ void declare(Options& options, DesignCommand& command) {
   add_page_output(options, command);
 }
 
-/// The recipe (apps/npm/make.mjs) of a stitch or in a fabric. Throws Failure.
+/// The recipe (spec/fabric.md) of a stitch or in a fabric. Throws Failure.
 Json recipe_of(const std::string& input) {
   if (input.ends_with(".exr")) {
     Json recipe = Json::parse(value_or_throw(read_fabric(input)).recipe, nullptr, false);
@@ -39,22 +39,6 @@ Json recipe_of(const std::string& input) {
   Json recipe = {{"stitch", std::filesystem::path(input).filename().string()}};
   if (std::filesystem::path(input).has_extension()) recipe["text"] = value_or_throw(read_file(input));
   return recipe;
-}
-
-/// All stitches, and the first recipe with its parameters. Throws Failure.
-Json recipes_with(const Json& recipe, TemporaryFolder& bench) {
-  const std::string name = recipe["stitch"];
-  std::string stitch = name;
-  if (recipe.contains("text")) {
-    stitch = bench.next_path(std::filesystem::path(name).extension().c_str());
-    value_or_throw(write_file(stitch, recipe["text"].get<std::string>()));
-  }
-  StitchInfo info = value_or_throw(describe_stitch(stitch));
-  info.name = name;
-  Json recipes = stitches_for_pages();
-  recipes["described"] = to_json(info);
-  recipes["first"] = recipe;
-  return recipes;
 }
 
 /// JSON in an element: no string ends that.
@@ -75,7 +59,8 @@ Result<int> run(const DesignCommand& command) {
     make.common = command.common;
     make_file(make);
   }
-  const Json recipes = recipes_with(recipe_of(made_of), bench);
+  Json recipes = stitches_for_pages();
+  recipes["first"] = recipe_of(made_of);
   PageCommand page = command;
   page.inputs = {bench.next_path(".glb")};
   value_or_throw(dress(is_garment ? command.input : shared_file("sweater.glb"), fabric, page.inputs.front(),

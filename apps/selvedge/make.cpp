@@ -250,7 +250,7 @@ double relative_cpu_time() {
 /// charts of 8 to 576 stitches, and drafts of 1,024 and 10,000 crossings.
 void report_estimate(const StitchSize& size, const MakeCommand& command) {
   constexpr int few = 8;
-  if (size.crossing_count < few) return;
+  if (size.crossing_count < few || command.common.json || command.common.quiet) return;
   const double cells = size.crossing_count;
   const double knit_seconds = 0.3 + 0.06 * std::sqrt(size.length_radii) + 0.00045 * size.length_radii;
   const double longer = (command.quality == "draft" ? 0.7 : 1) * (size.is_woven ? 2 : 1);

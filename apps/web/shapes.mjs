@@ -1,27 +1,20 @@
-// Writes how the yarns of the built-in stitches, and of charts and drafts, come to rest: each shape of FabricMaker after its length.
+// Writes how the yarns of the built-in stitches, and of charts and drafts, come to rest: each shape after its key and length.
 //
 //   node shapes.mjs SELVEDGE.wasm OUTPUT FILE...
 import {readFileSync, writeFileSync} from 'node:fs';
 import {basename} from 'node:path';
-import {FabricMaker} from '../npm/make.mjs';
+import {memory_host, run_module} from '../npm/host.js';
 
-const [module, output, ...files] = process.argv.slice(2);
-const recipes = files.map((file) => ({stitch: basename(file), text: readFileSync(file, 'utf8')})), parts = [], END = 'at rest';
-const maker = new FabricMaker(new WebAssembly.Module(readFileSync(module)), {
-  deflate: (bytes) => bytes,
-  // The shape of lace is as large as Draco's decoder, and comes to rest in a second.
-  describe: ({stitch}) => stitch.includes('.') || stitch === 'lace' || recipes.push({stitch}),
-  shape: (bytes) => {
-    parts.push(Uint32Array.of(bytes.length), bytes);
-    throw new Error(END);
-  }
-});
-maker.stitches();
-for (const recipe of recipes) {
-  try {
-    maker.make(recipe);
-  } catch ({message}) {
-    if (message !== END) throw new Error(message);
-  }
+const [file, output, ...texts] = process.argv.slice(2), module = new WebAssembly.Module(readFileSync(file)), parts = [];
+const keep = (key, bytes) => parts.push(key, Uint32Array.of(bytes.length), bytes);
+function run(argv, files = []) {
+  const said = {out: '', err: ''};
+  if (run_module(module, [...argv, '--json'], {...memory_host(new Map(files), said), keep}, {})) throw new Error(said.out + said.err);
+  return JSON.parse(said.out);
 }
-writeFileSync(output, Buffer.concat(parts.map(({buffer, byteOffset, byteLength}) => new Uint8Array(buffer, byteOffset, byteLength))));
+for (const {name} of run(['stitch', '--list']).stitches) {
+  // The shape of lace is as large as Draco's decoder, and comes to rest in a second.
+  if (name !== 'lace') run(['stitch', name, '-o', 'drawn.json']);
+}
+for (const text of texts) run(['stitch', basename(text), '-o', 'drawn.json'], [[basename(text), readFileSync(text)]]);
+writeFileSync(output, Buffer.concat(parts.map((part) => Buffer.from(part.buffer ?? part))));

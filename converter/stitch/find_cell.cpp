@@ -61,7 +61,7 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
     cell.stitch = value_or_throw(find_stitch(name_or_path, settings, options.on_start,
                                              [&](const StitchPattern& drawn, RelaxOptions relaxation) {
                                                relaxation.progress = options.progress;
-                                               return relax(drawn, relaxation);
+                                               return default_relaxer(drawn, relaxation);
                                              }));
     MeshOptions mesh_options = options.mesh;
     mesh_options.repeats = cell.stitch->repeats;

@@ -81,7 +81,7 @@ using StartCallback = std::function<void(const StitchSize&)>;
 /// that the stitch does not have, that are out of range, or whose yarns have no room at their gauge
 /// (option_out_of_range). `start` is called for charts and drafts.
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings = {},
-                                const StartCallback& start = {}, const Relaxer& relaxer = relax);
+                                const StartCallback& start = {}, const Relaxer& relaxer = default_relaxer);
 
 /// The stitch of an entry, as find_stitch() of its name would give it if it were in the table.
 Result<FoundStitch> find_stitch(const StitchEntry& entry, const StitchSettings& settings = {});

@@ -543,4 +543,6 @@ RelaxResult relax(const StitchPattern& pattern, const RelaxOptions& options) {
   return relaxed;
 }
 
+RelaxResult (*default_relaxer)(const StitchPattern& pattern, const RelaxOptions& options) = relax;
+
 }  // namespace selvedge

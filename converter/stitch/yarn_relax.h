@@ -68,7 +68,8 @@ struct RelaxResult {
 /// pattern whose yarns, at `start` of their radius, do not overlap.
 RelaxResult relax(const StitchPattern& pattern, const RelaxOptions& options = {});
 
-/// relax(), or what takes its place: a rougher one, or its memory.
 using Relaxer = std::function<RelaxResult(const StitchPattern&, const RelaxOptions&)>;
+/// relax(), or what a host has in its place: its memory of it, or a rougher one.
+extern RelaxResult (*default_relaxer)(const StitchPattern& pattern, const RelaxOptions& options);
 
 }  // namespace selvedge

@@ -1,5 +1,5 @@
 // The page of `selvedge-view design`: the page of `selvedge-view page`, and a panel with the recipe of its cloth. The cloth is
-// made in a worker, by the module of `selvedge make`; the last good one stays until the next is there.
+// made in a worker, by the command that the page shows; the last good one stays until the next is there.
 import {Color} from 'three';
 import 'selvedge/page/page.js';
 import {LoadedFabric, cell_images} from 'selvedge/three/index.js';
@@ -9,7 +9,7 @@ import {GarmentEditor} from './garment_editor.js';
 import {Maker} from './maker.js';
 import {keep_file} from './opened_files.js';
 import {
-  can_step_history, choose_stitch, command_line, file_name, garment_name, is_start_recipe, offered_recipes, on_change, own_name, recipe, set_description, set_recipe, set_recipe_of_fabric,
+  can_step_history, choose_stitch, command_line, file_name, garment_name, is_start_recipe, make_run, offered_recipes, on_change, own_name, recipe, set_description, set_recipe, set_recipe_of_fabric,
   set_worn, shell_line, step_history, worn
 } from './recipe.js';
 import {TextEditor} from './text_editor.js';
@@ -68,12 +68,14 @@ function progress(stage, fraction) {
 const page = {progress, relaxed: () => ++state.relaxed, bytes_of: (id) => view.bytes_of(by_id(id))};
 /** Programs that make, dress and read: none waits for another. */
 const [maker, dresser, reader] = [1, 2, 3].map(() => new Maker(page));
+/** A promise of the bytes that a make_run() makes, or of null and the line of the refusal. */
+const made_by = ({argv, files}, entry) => maker.run(argv, files, entry).then(({files: made}) => [made.get(argv.at(-1))], ({message}) => [null, `${argv[1]}: ${message}`]);
 /** The bytes of the cloth, once they are made. */
 const made_bytes = () => state.bytes ?? (state.making ? making : making = make());
 /** Makes the cloth of the recipe and shows it, a preview first; a promise of the bytes of its file, null where it was refused or another began. */
 function make() {
   resolve_current?.(null);
-  const begin = performance.now();
+  const begin = performance.now(), run = make_run();
   Object.assign(state, {making: true, stage: '', bytes: null, preview_ms: null});
   refuse('');
   show_progress('making …');
@@ -81,14 +83,14 @@ function make() {
   return new Promise(async (end) => {
     resolve_current = end;
     const is_over = () => resolve_current !== end;
-    const preview = await maker.ask({recipe, whole: false});
+    const [preview] = await made_by(run, 'preview');
     if (is_over()) return;
-    if (preview.bytes && await show(preview.bytes, is_over, false)) state.preview_ms = performance.now() - begin;
+    if (preview && await show(preview, is_over, false)) state.preview_ms = performance.now() - begin;
     if (is_over()) return;
-    const {refusal, bytes} = await maker.ask({recipe, whole: true});
+    const [bytes, refusal] = await made_by(run);
     if (is_over()) return;
-    if (refusal !== undefined) {
-      if (last_fabric && preview.bytes) await show(last_fabric, is_over);
+    if (!bytes) {
+      if (last_fabric && preview) await show(last_fabric, is_over);
       state.making = false;
       view.hold(false);
       show_progress('');
@@ -178,7 +180,7 @@ saves('save_garment', async (name, bytes) => [new Blob([await garment.dressed_gl
 /** Takes a fabric, a garment, a chart, draft, picture or description that the user opens or drops. */
 async function open(file) {
   const {name, size} = file, [, ending] = name.toLowerCase().match(/\.(\w+)$/) ?? [], bytes = async () => new Uint8Array(await file.arrayBuffer());
-  const report_of = async (...words) => (await reader.run([...words, name], {[name]: await bytes()})).report;
+  const report_of = async (...words) => (await reader.run_next([...words, name], {[name]: await bytes()})).report;
   try {
     if (!LARGEST[ending]) throw new Error('is no fabric (.exr), garment (.glb), chart or instructions (.txt, .png), draft (.wif) or description (.json)');
     const megabytes = (count) => `${Math.round(count / 1e6)} MB`, by_program = ending === 'glb' ? `: selvedge dress '${name}' dresses it` : '';
@@ -244,7 +246,7 @@ on_click('copy', async () => {
 });
 const editor = new TextEditor(
   (text) => set_recipe({...recipe, text}),
-  (name, text) => reader.run(['stitch', name, '--list'], {[name]: new TextEncoder().encode(text)}).catch((error) => error).then(({report}) => {
+  (name, text) => reader.run_next(['stitch', name, '--list'], {[name]: new TextEncoder().encode(text)}).catch((error) => error).then(({report}) => {
     const {stitch, description, parameters, cells} = report ?? {};
     if (parameters && name === recipe.stitch) set_description({stitch, description, parameters});
     return cells;
@@ -267,7 +269,7 @@ view.started.then(async () => {
   last_fabric = state.bytes;
   fabrics = [stage.cloth];
   if (!is_start_recipe()) making = make();
-  else if (!state.making) maker.ask({recipe, whole: false});
+  else if (!state.making) made_by(make_run(), 'preview');
   if (!garment.shows(worn)) dress(worn, false);
 });
 view.design = {state, recipe: () => recipe, open};

@@ -37,7 +37,7 @@ export class GarmentEditor {
   /** Runs `dress` on a garment; its file and report. Throws an Error of one line. */
   async #dress(cloth, garment = worn) {
     const bytes = garment.key ? await find_file(garment.key) : new Uint8Array(await this.view.bytes_of(this.#first.element));
-    const argv = this.words(garment), {files, report} = await this.program.run(argv, {[argv[1]]: bytes, [argv[2]]: cloth});
+    const argv = this.words(garment), {files, report} = await this.program.run_next(argv, {[argv[1]]: bytes, [argv[2]]: cloth});
     return {bytes: files.get(argv.at(-1)), report};
   }
   /** What a garment has to be dressed anew for: the page's own one has its tint by the stage. */
@@ -54,7 +54,7 @@ export class GarmentEditor {
     if (wanted !== '{}') {
       const dressed = await this.#dress(cloth, garment);
       // The page of `selvedge page` has its frame and its shade on the floor.
-      const {files} = await this.program.run(['page', 'garment.glb', '-o', 'page.html'], {'garment.glb': dressed.bytes, '//page.html': TEMPLATE});
+      const {files} = await this.program.run_next(['page', 'garment.glb', '-o', 'page.html'], {'garment.glb': dressed.bytes, '//page.html': TEMPLATE});
       const page = new DOMParser().parseFromString(new TextDecoder().decode(files.get('page.html')), 'text/html');
       shown = await view.load_garment(page.querySelector('[data-garment]')).catch(({message}) => {
         throw new Error(message.replace('THREE.GLTFLoader: ', ''));

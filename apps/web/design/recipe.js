@@ -2,13 +2,13 @@
 // and the command that makes the same.
 import {Color} from 'three';
 
-export const {first, described, kinds, stitches: list} = JSON.parse(document.getElementById('recipes').textContent);
+export const {first, kinds, stitches: list} = JSON.parse(document.getElementById('recipes').textContent);
 /** Recipes that the list offers: built-in stitches, and texts with the remarks that they begin with. */
 export const offered_recipes = list.map(({stitch, description}) => ({stitch, description}));
 for (const [stitch, text] of Object.entries(JSON.parse(document.getElementById('samples').textContent)))
   offered_recipes.push({stitch, text, description: text.match(/^([#;].*\n)+/)?.[0].replace(/^[#;]\s*/gm, '').replaceAll('\n', ' ') ?? ''});
-/** Stitches with their parameters: built in, and texts once the module has described theirs. */
-const stitches = new Map([...list, described].map((stitch) => [stitch.stitch, stitch]));
+/** Stitches with their parameters: built in, and texts once the program has described theirs. */
+const stitches = new Map(list.map((stitch) => [stitch.stitch, stitch]));
 /** The browser keeps so many characters and steps of the history. */
 const STORE = `selvedge design ${location.pathname}`, CHARACTERS = 2e6, STEPS = 200;
 
@@ -103,11 +103,15 @@ export function shell_line(words) {
   const quoted = (word) => /^[\w.,=+-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
   return words.map(quoted).join(' ');
 }
-/** The words of `selvedge make` that make this cloth, after the text that it is made of. */
-export function command_line() {
+/** The words of `selvedge` that make this cloth, and the files that they are about. */
+export function make_run() {
   const {stitch, text, set, ...options} = recipe, words = Object.entries(set).flatMap(([name, value]) => ['--set', `${name}=${value}`]);
-  for (const [name, value] of Object.entries(options)) words.push(`--${name}`, String(value));
-  const line = shell_line(['selvedge', 'make', stitch, ...words, '-o', `${file_name()}.fabric.exr`]);
+  for (const [name, value] of Object.entries(options)) words.push(`--${name}`, ...value === 'true' ? [] : [String(value)]);
+  return {argv: ['make', stitch, ...words, '-o', `${file_name()}.fabric.exr`], files: text === undefined ? {} : {[stitch]: new TextEncoder().encode(text)}};
+}
+/** The command line of the same, after the text that it is made of. */
+export function command_line() {
+  const {stitch, text} = recipe, line = shell_line(['selvedge', ...make_run().argv]);
   if (text === undefined) return line;
   return `cat > ${shell_line([stitch])} << 'END_OF_TEXT'\n${text}${text.endsWith('\n') ? '' : '\n'}END_OF_TEXT\n${line}`;
 }

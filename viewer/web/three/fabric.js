@@ -15,7 +15,7 @@ export class LoadedFabric {
   variation = null;
   levels = 0;
   mm_per_repeat = null;
-  /** How it was made, as FabricMaker takes it; null where the file does not say. */
+  /** How it was made (`recipe` of spec/fabric.md); null where the file does not say. */
   recipe = null;
   /** The data sheet of the cloth, its accuracy in dB and its fallback (spec/fabric.md), as far as the file has them. */
   sheet = {};
