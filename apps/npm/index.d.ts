@@ -6,7 +6,7 @@ export interface Host {
   exists(path: string): 'file' | 'folder' | 'other' | undefined;
   /** Throws if the file cannot be read. */
   read(path: string): Uint8Array;
-  /** Called for each file when the program has ended by itself. */
+  /** Called for each file when the program has ended by itself; at exit 1, too, for those that the native program leaves then. */
   write(path: string, bytes: Uint8Array): void;
   /** Names in a folder. */
   list(path: string): string[];
