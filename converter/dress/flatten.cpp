@@ -124,7 +124,8 @@ void relax(const std::vector<FlatTriangle>& flat, Eigen::VectorXcd& plane) {
       turns[&t - flat.data()] += cotangent * (plane[t.vertices[next]] - plane[t.vertices[k]]) *
                                  std::conj(t.corners[next] - t.corners[k]);
     });
-    for (Complex& turn : turns) turn = turn == 0.0 ? 1.0 : turn / std::abs(turn);
+    // std::abs() differs between C libraries.
+    for (Complex& turn : turns) turn = turn == 0.0 ? 1.0 : turn / std::sqrt(std::norm(turn));
     Eigen::VectorXcd right = Eigen::VectorXcd::Zero(plane.size());
     right[0] = plane[0];
     for_each_edge(flat, [&](const FlatTriangle& t, std::size_t k, std::size_t next, double cotangent) {
