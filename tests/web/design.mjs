@@ -219,16 +219,28 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   assert.ok(readFileSync(path('plain.glb')).equals(readFileSync(path('printed.purl.glb'))), by_page);
   execFileSync(join(bin, 'selvedge'), ['check', '--quiet', path('saved.glb'), path('plain.glb')], { stdio: 'inherit' });
   execFileSync(join(bin, 'selvedge'), ['dress', path('printed.glb'), path('saved.exr'), '--all', '--variant', 'red=#aa2222', '-o', path('by_dress.glb'), '--quiet']);
-  // Names are judged once, and the reason is told.
-  const room = json_of_glb(sweater);
-  room.meshes = ['wood', 'Lamp', 'armchair_fabric'].map((_, material) => ({ primitives: [{ ...room.meshes[0].primitives[0], material }] }));
-  Object.assign(room, { materials: ['wood', 'Lamp', 'armchair_fabric'].map((name) => ({ name })), nodes: room.meshes.map((_, mesh) => ({ mesh })), scenes: [{ nodes: [0, 1, 2] }] });
-  writeFileSync(path('room.glb'), with_json(sweater, room));
+  // Names of strangers are judged once, and the reason is told.
+  const names = ('wood|Lamp|armchair_fabric|Buttons|metalZip_02|shoe sole|Std_Eyelash|leftEyes|HAIR|skin.001|wooden_leg|Wolf3D_Skin|Wolf3D_Teeth|avaturn_look_0|male_body|Mannequin|' +
+    'N00_000_00_Body_00_SKIN (Instance)|Jacket_Zipper|sofa_legs|lampBulb|TVScreen|wall paint|plantLeaves|Chrome|Zähne|botón|皮肤|Soldier_VisorMat|扣子|lunettes|studio_backdrop|console|' +
+    'Skinny jeans|unzipped|chair cover|Body|Bodysuit|face_mask|headband|leafprint_dress|floor_length_gown|Armour|Eyelet_lace_top|button_down_shirt|metal_jacket|fabric_gold|Silver silk|' +
+    'pants_leg|Female_Dress_Body|Wolf3D_Outfit_Top|N00_002_01_Tops_01_CLOTH|jacket_text|shower curtain|Material.001|上衣服|chemise|Vorhang|GlamVelvetSofa_fabric_navy|fox_material|lambert1').split('|');
+  assert.equal(names.length, 60);
+  const scarf = readFileSync(fileURLToPath(new URL('../data/encodings/scarf_plain.glb', import.meta.url))), room = json_of_glb(scarf);
+  room.meshes = names.map((_, material) => ({ primitives: [{ ...room.meshes[0].primitives[0], material }] }));
+  Object.assign(room, { materials: names.map((name) => ({ name })), nodes: names.map((_, mesh) => ({ mesh, scale: [0.1, 0.1, 0.1], translation: [0.03 * (mesh % 10), 0.03 * Math.floor(mesh / 10), 0] })), scenes: [{ nodes: [...names.keys()] }] });
+  writeFileSync(path('room.glb'), with_json(scarf, room));
   await open_file(path('room.glb'));
   await part('armchair_fabric').waitFor();
   await dressed();
-  assert.deepEqual(await Promise.all(['wood', 'Lamp', 'armchair_fabric'].map((name) => part(name).isChecked())), [false, false, true]);
-  assert.match(await page.locator('#parts').innerText(), /a "wood" is no cloth/);
+  const report = JSON.parse(run('selvedge', 'dress', path('room.glb'), path('saved.exr'), '--all', '--json', '-o', path('by_names.glb')));
+  const left = new Map(report.warnings.flatMap((line) => [line.match(/^material #(\d+) .* was left alone: (.*); --material/)]).filter(Boolean).map(([, index, why]) => [Number(index), why]));
+  const worn_by_names = names.map((name, index) => [name, !left.has(index), left.get(index)]);
+  assert.deepEqual(report.materials.map(({ index }) => index), [...names.keys()].filter((index) => !left.has(index)));
+  assert.deepEqual(worn_by_names.slice(0, 3), [['wood', false, 'a "wood" is no cloth'], ['Lamp', false, 'a "lamp" is no cloth'], ['armchair_fabric', true, undefined]]);
+  assert.deepEqual(await page.locator('#parts > p').evaluateAll((rows) => rows.map((row) => {
+    const { checked } = row.querySelector('input');
+    return [row.querySelector('label').textContent, checked, checked ? undefined : row.querySelector('small').textContent];
+  })), worn_by_names);
   await until(all_cloth);
   await picture('room');
   // Undo brings the garment before, on its own floor; a check box loads no fabric anew.
