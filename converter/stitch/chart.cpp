@@ -123,7 +123,7 @@ class ChartReader {
       rows.push_back({{"number", row->number}, {"line", row->line}, {"stitches", stitches}});
       rows.back()["yarns"] = fmt::format("{}", fmt::join(of_yarns, ""));
     }
-    nlohmann::ordered_json cells = {{"yarns", yarns}, {"rows", rows}};
+    nlohmann::ordered_json cells = {{"name", chart_.name}, {"yarns", yarns}, {"rows", rows}};
     if (!is_chart_) cells["chart"] = has_names ? head_ : "";
     return cells;
   }

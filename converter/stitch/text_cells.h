@@ -18,12 +18,12 @@ std::string stitch_text_in(const std::string& path);
 /// The cells of the chart, instructions, picture or draft in a file, as far as they can be read; null of a
 /// description or where nothing can be read.
 ///
-/// A chart: `yarns`, each with name and linear albedo; `rows` from the top, each with number, line, stitches
-/// (name, columns), and the names of its yarns; a row that cannot be read has no stitches. `chart`: the same
-/// as the text of a chart, of a picture or of instructions; empty where a stitch has no name. A draft:
-/// `ends`, `picks`, `shafts`, `treadles`; up to max_cell_side of them the numbers of `threading`, `tieup`,
-/// and `treadling` or, without treadles, `liftplan`, and `drawdown`, # where the warp is over; `lines` of
-/// sections and entries, by the names that messages give them.
+/// A chart: its own `name`; `yarns`, each with name and linear albedo; `rows` from the top, each with number,
+/// line, stitches (name, columns), and the names of its yarns; a row that cannot be read has no stitches.
+/// `chart`: the same as the text of a chart, of a picture or of instructions; empty where a stitch has no
+/// name. A draft: `ends`, `picks`, `shafts`, `treadles`; up to max_cell_side of them the numbers of
+/// `threading`, `tieup`, and `treadling` or, without treadles, `liftplan`, and `drawdown`, # where the warp
+/// is over; `lines` of sections and entries, by the names that messages give them.
 nlohmann::ordered_json chart_or_draft_json(const std::string& path);
 
 }  // namespace selvedge

@@ -267,10 +267,11 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
     await cell('Row 2, column 1: p').press('k');
   });
   assert.match(await text.inputValue(), /^2: k2$/m);
-  await text.fill(seed.text.replace('2: k2', '2: k q'));
+  await text.fill(seed.text.replace('name: seed', 'name: my seed').replace('2: k2', '2: k q'));
   const faulty = await until(({ making, refusal }) => !making && refusal !== '');
   assert.match(faulty.refusal, /^seed.txt: line 8: there is no stitch "q"/);
   await page.locator('.cell.wrong', { hasText: '2: k q' }).waitFor();
+  await page.locator('#name', { hasText: 'my seed' }).waitFor();
   assert.ok(all_cloth(faulty));
   await changes('instructions', () => text.fill('Row 1 (RS): *K1, p1; rep from * to end.\nRow 2: P the knits and k the purls.\n'));
   assert.equal(await cell(/^Row 2, column/).count(), 2);

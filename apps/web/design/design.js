@@ -9,7 +9,7 @@ import {GarmentEditor} from './garment_editor.js';
 import {Maker} from './maker.js';
 import {keep_file} from './opened_files.js';
 import {
-  can_step_history, choose_stitch, command_line, file_name, garment_name, is_start_recipe, make_run, offered_recipes, on_change, own_name, recipe, set_description, set_recipe, set_recipe_of_fabric,
+  can_step_history, choose_stitch, command_line, file_name, garment_name, is_start_recipe, make_run, names, offered_recipes, on_change, own_name, recipe, set_description, set_recipe, set_recipe_of_fabric,
   set_worn, shell_line, step_history, worn
 } from './recipe.js';
 import {TextEditor} from './text_editor.js';
@@ -248,6 +248,8 @@ const editor = new TextEditor(
   (text) => set_recipe({...recipe, text}),
   (name, text) => reader.run_next(['stitch', name, '--list'], {[name]: new TextEncoder().encode(text)}).catch((error) => error).then(({report}) => {
     const {stitch, description, parameters, cells} = report ?? {};
+    names.set(name, description ?? cells?.name);
+    if (name === recipe.stitch) by_id('name').textContent = own_name();
     if (parameters && name === recipe.stitch) set_description({stitch, description, parameters});
     return cells;
   }));

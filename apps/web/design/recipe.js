@@ -60,6 +60,8 @@ function settings_of(stitch, known, left_out = /^$/) {
 }
 export const choose_stitch = ({stitch, text}) => set_recipe(
   {stitch, text, set: settings_of(stitch, ['yarn'], /colour$|albedo$/), sides: recipe.sides});
+/** Names that texts give themselves, by those of their files. */
+export const names = new Map();
 /** Takes the parameters of a text's stitch. Settings that it lacks are left out; whether it has others than were known. */
 export function set_description(stitch) {
   if (JSON.stringify(stitches.get(stitch.stitch)) === JSON.stringify(stitch)) return;
@@ -97,7 +99,7 @@ export function default_text(parameter) {
 /** The name of the files of a cloth; the name that its text gives it, or else its file. */
 export const file_name = () => recipe.stitch.replace(/\.\w+$/, '');
 export const garment_name = () => worn.file?.replace(/\.glb$/i, '') ?? 'garment';
-export const own_name = () => (recipe.text !== undefined && stitches.get(recipe.stitch)?.description) || file_name();
+export const own_name = () => (recipe.text !== undefined && names.get(recipe.stitch)) || file_name();
 /** Words as a shell takes them. */
 export function shell_line(words) {
   const quoted = (word) => /^[\w.,=+-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
