@@ -46,7 +46,8 @@ double stretch_of(const Sample& sample, const V2d& metres) {
   const V3d u = sample.along_u / metres.x;
   const V3d v = sample.along_v / metres.y;
   const double sum = u.length2() + v.length2();
-  const double root = std::hypot(u.length2() - v.length2(), 2 * u.dot(v));
+  // hypot() differs between C libraries.
+  const double root = V2d(u.length2() - v.length2(), 2 * u.dot(v)).length();
   const double longest = std::sqrt((sum + root) / 2);
   const double shortest = std::sqrt(std::max(0.0, (sum - root) / 2));
   const double most = std::max(longest, 1 / shortest);
