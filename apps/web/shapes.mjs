@@ -12,9 +12,7 @@ function run(argv, files = []) {
   if (run_module(module, [...argv, '--json'], {...memory_host(new Map(files), said), keep}, {})) throw new Error(said.out + said.err);
   return JSON.parse(said.out);
 }
-for (const {name} of run(['stitch', '--list']).stitches) {
-  // The shape of lace is as large as Draco's decoder, and comes to rest in a second.
-  if (name !== 'lace') run(['stitch', name, '-o', 'drawn.json']);
-}
+// The shape of lace is as large as Draco's decoder, and comes to rest in a second.
+for (const {name} of run(['stitch', '--list']).stitches) if (name !== 'lace') run(['stitch', name, '-o', 'drawn.json']);
 for (const text of texts) run(['stitch', basename(text), '-o', 'drawn.json'], [[basename(text), readFileSync(text)]]);
 writeFileSync(output, Buffer.concat(parts.map((part) => Buffer.from(part.buffer ?? part))));

@@ -23,10 +23,7 @@ export class Maker {
     }
     return {program: await WebAssembly.compile(await this.page.bytes_of('program')), draco: await this.page.bytes_of('draco')};
   }
-  /**
-   * Runs the program on files, bytes by names; what it runs yet ends, and is not answered. { files, report }, also of the Error of one
-   * line that it throws. `entry`: run_module()'s.
-   */
+  /** Runs the program on files, bytes by names: { files, report }, also of the Error of one line that it throws. What it runs yet ends. */
   async run(argv, files, entry) {
     const loaded = await (Maker.#program ??= this.#load());
     if (this.#is_busy) this.#worker.terminate();
@@ -36,10 +33,7 @@ export class Maker {
     }
     this.#is_busy = true;
     const answer = await new Promise((resolve) => {
-      const end = (data) => {
-        this.#is_busy = false;
-        resolve(data);
-      };
+      const end = (data) => resolve(data, this.#is_busy = false);
       this.#worker.onmessage = ({data}) => {
         if (data.shape) return this.page.relaxed(keep_shape(Maker.#shapes, data.key, data.shape));
         if (data.stage === undefined) return end(data);

@@ -60,7 +60,7 @@ function settings_of(stitch, known, left_out = /^$/) {
 }
 export const choose_stitch = ({stitch, text}) => set_recipe(
   {stitch, text, set: settings_of(stitch, ['yarn'], /colour$|albedo$/), sides: recipe.sides});
-/** Names that texts give themselves, by those of their files. */
+/** Names that texts give themselves, by names of files. */
 export const names = new Map();
 /** Takes the parameters of a text's stitch. Settings that it lacks are left out; whether it has others than were known. */
 export function set_description(stitch) {
