@@ -124,8 +124,7 @@ void relax(const std::vector<FlatTriangle>& flat, Eigen::VectorXcd& plane) {
       turns[&t - flat.data()] += cotangent * (plane[t.vertices[next]] - plane[t.vertices[k]]) *
                                  std::conj(t.corners[next] - t.corners[k]);
     });
-    // std::abs() differs between C libraries.
-    for (Complex& turn : turns) turn = turn == 0.0 ? 1.0 : turn / std::sqrt(std::norm(turn));
+    for (Complex& turn : turns) turn = turn == 0.0 ? 1.0 : turn / std::sqrt(std::norm(turn));  // no hypot()
     Eigen::VectorXcd right = Eigen::VectorXcd::Zero(plane.size());
     right[0] = plane[0];
     for_each_edge(flat, [&](const FlatTriangle& t, std::size_t k, std::size_t next, double cotangent) {

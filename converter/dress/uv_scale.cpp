@@ -46,8 +46,7 @@ double stretch_of(const Sample& sample, const V2d& metres) {
   const V3d u = sample.along_u / metres.x;
   const V3d v = sample.along_v / metres.y;
   const double sum = u.length2() + v.length2();
-  // hypot() differs between C libraries.
-  const double root = V2d(u.length2() - v.length2(), 2 * u.dot(v)).length();
+  const double root = V2d(u.length2() - v.length2(), 2 * u.dot(v)).length();  // hypot() differs by C library
   const double longest = std::sqrt((sum + root) / 2);
   const double shortest = std::sqrt(std::max(0.0, (sum - root) / 2));
   const double most = std::max(longest, 1 / shortest);

@@ -88,7 +88,6 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
           .radius_fraction = fraction,
           .has_settled = fraction >= min_part,
           .parts = std::move(knit.parts),
-          .plain_mm = plain.period(),
           .free_mm = free,
           .stretch = cloth.stretch(),
           .steps = cloth.steps(),

@@ -52,7 +52,6 @@ struct RelaxResult {
   double radius_fraction = 1;                  ///< fraction of the given radii
   bool has_settled = true;                     ///< whether the last try had room for most of its radii
   std::vector<std::vector<KnitPart>> parts{};  ///< of a knit
-  V2d plain_mm{0, 0};                          ///< of a knit: size of a free stitch of plain knit
   V2d free_mm{0, 0};                           ///< of a knit: size of its repeat, left to itself
   double stretch = 0;                          ///< of a knit: of the yarn that is longest beside its loops
   int steps = 0;                               ///< of a knit
@@ -62,10 +61,9 @@ struct RelaxResult {
 /// Yarns of fibres (Yarn::fibre_kind) are soft: their sections flatten where they press each other, and
 /// elsewhere along z by Yarn::flattening; the area is kept, and the result has squeezes. Tubes are rigid.
 ///
-/// Neighbouring yarns of the result touch: if it `thins`, and is not rough, they overlap by less than
+/// Neighbouring yarns of the result touch: if it `may_thin`, and is not rough, they overlap by less than
 /// touching_overlap. Sections of flat yarns are apart in the direction in which there is most room.
-/// Deterministic to the bit. Precondition: a valid
-/// pattern whose yarns, at `start` of their radius, do not overlap.
+/// Deterministic. Precondition: a valid pattern whose yarns, at `start_fraction` of their radius, are apart.
 RelaxResult relax(const StitchPattern& pattern, const RelaxOptions& options = {});
 
 using Relaxer = std::function<RelaxResult(const StitchPattern&, const RelaxOptions&)>;
