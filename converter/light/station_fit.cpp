@@ -17,6 +17,8 @@ constexpr double covered_light = 0.3;
 /// mean weight of a place.
 constexpr std::array<double, angle_function_count> smoothing{1e-9, 1e-3, 1e-3, 4e-3, 4e-3};
 constexpr double smoothness_weight = 1e-3;
+/// Where all places lie half-way between stations: those could alternate at will.
+constexpr double smoothness_of_middles = 0.1;
 
 using Block = Eigen::Matrix<double, angle_function_count, angle_function_count>;
 using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, LightColumns::ColsAtCompileTime>;
@@ -63,9 +65,11 @@ Coefficients solved_for(const std::vector<LitPoint>& places, int stations) {
   std::vector<Block> to_next(stations, Block::Zero());
   Coefficients right = Coefficients::Zero(stations * angle_function_count, LightColumns::ColsAtCompileTime);
   double weight = 0;
+  bool middles = true;
   for (const LitPoint& place : places) {
     const Between at = between(place, stations);
     const double rest = 1 - at.fraction;
+    middles = middles && at.fraction == 0.5;
     const Block square = place.weight * place.angle_values.transpose() * place.angle_values;
     here[at.station] += rest * rest * square;
     here[at.next] += at.fraction * at.fraction * square;
@@ -75,16 +79,17 @@ Coefficients solved_for(const std::vector<LitPoint>& places, int stations) {
     right.middleRows<angle_function_count>(at.next * angle_function_count) += at.fraction * product;
     weight += place.weight / static_cast<double>(places.size());
   }
+  const double smoothness = middles ? smoothness_of_middles : smoothness_weight;
   std::vector<Eigen::Triplet<double>> entries;
   for (int s = 0; s < stations; ++s) {
     const int next = (s + 1) % stations;
     for (int i = 0; i < angle_function_count; ++i) {
       const int row = s * angle_function_count + i;
       const int neighbour = next * angle_function_count + i;
-      entries.emplace_back(row, row, weight * (smoothing[i] + smoothness_weight));
-      entries.emplace_back(neighbour, neighbour, weight * smoothness_weight);
-      entries.emplace_back(row, neighbour, -weight * smoothness_weight);
-      entries.emplace_back(neighbour, row, -weight * smoothness_weight);
+      entries.emplace_back(row, row, weight * (smoothing[i] + smoothness));
+      entries.emplace_back(neighbour, neighbour, weight * smoothness);
+      entries.emplace_back(row, neighbour, -weight * smoothness);
+      entries.emplace_back(neighbour, row, -weight * smoothness);
       for (int j = 0; j < angle_function_count; ++j) {
         entries.emplace_back(row, s * angle_function_count + j, here[s](i, j));
         entries.emplace_back(row, next * angle_function_count + j, to_next[s](i, j));
