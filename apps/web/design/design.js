@@ -87,6 +87,7 @@ function make() {
     if (is_over()) return;
     if (preview && await show(preview, is_over, false)) state.preview_ms = performance.now() - begin;
     if (is_over()) return;
+    state.stage = '';
     const [bytes, refusal] = await made_by(run);
     if (is_over()) return;
     if (!bytes) {

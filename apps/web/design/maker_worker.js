@@ -18,7 +18,8 @@ function keep(key, shape) {
   keep_shape(shapes, key, shape);
   postMessage({key, shape});
 }
-onmessage = async ({data}) => {
+onmessage = (message) => answer(message).catch((error) => postMessage({status: 1, files: new Map(), out: '', err: String(error)}));
+async function answer({data}) {
   if (data.program) {
     ({program: module, shapes} = data);
     return draco = new DracoDecoder(() => data.draco);
@@ -29,4 +30,4 @@ onmessage = async ({data}) => {
   const is_read = entry === 'preview' || argv[0] === 'page', deflate = is_read ? (bytes) => codecs.deflate(bytes, 0) : codecs.deflate;
   const status = run_module(module, argv, {...memory_host(files, said, progress), recall: (key) => shapes.get(key), keep}, {...codecs, deflate, draco}, entry);
   postMessage({status, files, ...said});
-};
+}

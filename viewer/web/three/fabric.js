@@ -1,7 +1,7 @@
 // A fabric file that is loaded beside a scene, for any number of materials.
 import {ask_worker, send_to_worker} from '../background.js';
 import {Issue, issue_of} from '../reader/issue.js';
-import {noise_of} from './noise.js';
+import {free_noise, noise_of} from './noise.js';
 
 export class LoadedFabric {
   state = 'loading';
@@ -44,18 +44,19 @@ export class LoadedFabric {
   #ends = [[0, 0], [0, 0]];
   /** Takes the coordinates of a garment, u and v in turns. */
   reach(uvs) {
-    this.#ends = [Math.min, Math.max].map((of, i) => [0, 1].map((k) => uvs.reduce((end, x, j) => j % 2 === k ? of(end, x) : end, this.#ends[i][k])));
-    if (this.#noise) this.#noise.of = null;
+    const ends = [Math.min, Math.max].map((of, i) => [0, 1].map((k) => uvs.reduce((end, x, j) => j % 2 === k ? of(end, x) : end, this.#ends[i][k])));
+    if (this.#noise && String(ends) !== String(this.#ends)) this.#noise.of = null;
+    this.#ends = ends;
   }
   noise() {
     if (this.#noise?.of === this.variation) return this.#noise;
-    this.#noise?.texture.dispose();
+    free_noise(this.#noise);
     return this.#noise = {of: this.variation, ...noise_of(this.variation, this.#ends)};
   }
   /** Frees the fabric, once no garment shows it any more. */
   dispose() {
     if (this.number !== null) send_to_worker({kind: 'remove', fabric: this.number});
-    this.#noise?.texture.dispose();
+    free_noise(this.#noise);
     Object.assign(this, {state: 'broken', number: null});
   }
   async #load(source) {

@@ -4,6 +4,8 @@ import {DataArrayTexture, LinearFilter, RedFormat, Vector4} from 'three';
 
 /** Bounds of WebGL 2 on a layer, whose last row is the next one's first, and on layers of a lattice; beyond, noise stays as it is there. */
 const MAX_ROWS = 1024, MAX_LENGTHS = 2048, MAX_LAYERS = 42;
+/** Bytes of all lattices, of which coordinates far away would want more. */
+const MAX_BYTES = 2 ** 25;
 /** The run of each lattice (variation_of() of cells.js), the coordinate along it, and the rows and lengths of an area. */
 const LATTICES = [[0, 0, 1, 1], [0, 0, 8, 4], [1, 1, 1, 1], [1, 1, 8, 4], [2, 0, 1, 1], [3, 1, 1, 1]];
 
@@ -18,6 +20,8 @@ function texture_of(data, width, height) {
   return Object.assign(texture, {format: RedFormat, minFilter: LinearFilter, magFilter: LinearFilter, needsUpdate: true});
 }
 const none = texture_of(new Uint8Array(1), 1, 1);
+/** Frees the texture, unless it is that of all fabrics without variation. */
+export const free_noise = (noise) => noise && noise.texture !== none && noise.texture.dispose();
 
 /**
  * Of a variation (variation() of cells.js) between two places: the texture, each lattice's { rows and lengths of a repeat, where they
@@ -36,7 +40,7 @@ export function noise_of({keys, runs, numbers}, [least, most]) {
   let layers = 0;
   for (const lattice of there) {
     lattice.layer = layers;
-    layers += Math.min(Math.ceil(lattice.count[0] / height), MAX_LAYERS);
+    layers += Math.max(1, Math.min(Math.ceil(lattice.count[0] / height), MAX_LAYERS, Math.floor(MAX_BYTES / size / there.length)));
   }
   const data = new Uint8Array(size * layers);
   for (const [k, {key, first: [row, length], count, layer}] of there.entries()) {
