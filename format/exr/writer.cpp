@@ -124,7 +124,7 @@ std::string exr_file(std::vector<ExrPart> parts, const ExrPixelsAt& pixels_at) {
   for (const std::size_t place : places)
     file += exr_int32_bytes(
         {static_cast<std::int32_t>(begin + place), static_cast<std::int32_t>((begin + place) >> 32)});
-  return file + chunks;
+  return std::move(file.append(chunks));
 }
 
 Result<void> write_exr_file(const std::string& path, const std::vector<ExrPart>& parts,
