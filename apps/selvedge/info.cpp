@@ -95,7 +95,10 @@ Info fabric_info(const std::string& path, const SceneLimits& limits) {
     text += "\n";
   }
   const YarnCounts& yarns = header.shape.yarns;
-  if (yarns.curves > 0)
+  if (yarns.pieces > 0)
+    text += fmt::format("yarn           {} curves, {} pieces of {} kinds\n", yarns.curves, yarns.pieces,
+                        yarns.kinds);
+  else if (yarns.curves > 0)
     text += fmt::format("yarn           {} curves, {} nodes\n", yarns.curves, yarns.nodes);
   return {{{"content", std::move(content)}, {"layers", std::move(layers)}}, std::move(text)};
 }

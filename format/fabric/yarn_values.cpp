@@ -1,9 +1,12 @@
 // Yarn as the values of a file's layers, and back.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "format/fabric/fabric.h"
 #include "format/fabric/yarns.h"
 
 namespace selvedge {
@@ -61,6 +64,15 @@ int whole(float value, int min, int max) {
 
 YarnCounts counts_of(const YarnData& data) {
   YarnCounts counts{static_cast<int>(data.curves.size()), static_cast<int>(data.nodes.size()), 0};
+  if (const YarnCopies& p = data.copies; p.nodes > 0) {
+    counts.pieces = static_cast<int>(p.kind_of.size());
+    counts.kinds = p.kinds();
+    counts.nodes_per_piece = p.nodes;
+    counts.stations_per_piece = p.stations;
+    counts.nodes = counts.pieces + static_cast<int>(p.shape.size() + p.squeezes.size());
+    counts.stations = counts.kinds * p.stations;
+    return counts;
+  }
   for (const YarnCurve& curve : data.curves) {
     counts.stations += curve.stations;
     counts.nodes += static_cast<int>(curve.squeezes.size());
@@ -73,18 +85,26 @@ std::vector<float> curve_values(const YarnData& data) {
   for (int field = 0; field < yarn_field_count; ++field) {
     for (const YarnCurve& curve : data.curves) values.push_back(fields_of(curve)[field]);
   }
+  const YarnCopies& pieces = data.copies;
   for (int axis = 0; axis < values_per_node; ++axis) {
+    for (const auto* list : {&pieces.starts, &pieces.shape, &pieces.squeezes})
+      for (const V3f& value : *list) values.push_back(value[axis]);
+    if (pieces.nodes > 0) continue;
     for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
       for (const V3f& node : nodes) values.push_back(node[axis]);
       for (const V3f& squeeze : curve.squeezes) values.push_back(squeeze[axis]);
     });
   }
+  values.insert(values.end(), pieces.kind_of.begin(), pieces.kind_of.end());
   return values;
 }
 
 std::vector<float> indirect_values(const YarnData& data, bool through) {
   std::vector<float> values;
-  const std::vector<float>& light = through ? data.light_through : data.station_light;
+  const YarnCopies& pieces = data.copies;
+  const std::vector<float>& light = pieces.nodes == 0 ? (through ? data.light_through : data.station_light)
+                                    : through         ? pieces.light_through
+                                                      : pieces.light;
   const std::size_t stations = light.size() / light_values_per_station;
   for (std::size_t i = 0; i < light_values_per_station; ++i) {
     for (std::size_t s = 0; s < stations; ++s) values.push_back(light[s * light_values_per_station + i]);
@@ -103,8 +123,19 @@ std::vector<float> light_from_values(std::span<const float> indirect, int statio
   return light;
 }
 
+void set_light_through(YarnData& data, std::span<const float> indirect, const V2f& period) {
+  std::vector<float> light = light_from_values(indirect, counts_of(data).stations);
+  if (data.copies.nodes == 0) {
+    data.light_through = std::move(light);
+    return;
+  }
+  data.copies.light_through = std::move(light);
+  place_copies(data, period);
+}
+
 YarnData turned_over(const Yarns& yarns, float thickness) {
   YarnData turned = yarns.data();
+  turned.copies = {};
   for (V3f& node : turned.nodes) node.z = thickness - node.z;
   const bool known = !turned.light_through.empty();
   if (known) std::swap(turned.station_light, turned.light_through);
@@ -142,6 +173,55 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
   });
   return turned;
 }
+
+namespace {
+
+tl::unexpected<Error> refuse_pieces(std::string why, const std::string& place = "pieces") {
+  return fail(Code::fabric_malformed, {}, place, std::move(why));
+}
+
+/// Sets the pieces of the curves and where they begin. `vectors`: what follows the fields of the curves;
+/// `squeezes`: of each curve.
+Result<void> take_pieces(std::span<const float> vectors, std::span<const float> indirect,
+                         const YarnCounts& counts, const std::vector<int>& squeezes, YarnData& data) {
+  YarnCopies& pieces = data.copies;
+  pieces.nodes = counts.nodes_per_piece;
+  pieces.stations = counts.stations_per_piece;
+  std::int64_t nodes = 0;
+  std::int64_t stations = 0;
+  for (std::size_t c = 0; c < data.curves.size(); ++c) {
+    YarnCurve& curve = data.curves[c];
+    if (curve.nodes < 1 || curve.nodes % pieces.nodes != 0 || curve.stations < 1)
+      return refuse_pieces("has no whole number of pieces", fmt::format("curve {}", c));
+    nodes += curve.nodes;
+    stations += curve.stations;
+    if (squeezes[c] != 0 && squeezes[c] != curve.nodes)
+      return refuse_pieces("is neither squashed nor round", fmt::format("curve {}", c));
+    if (squeezes[c] > 0) curve.squeezes.resize(1);
+  }
+  if (nodes != std::int64_t{1} * counts.pieces * pieces.nodes)
+    return refuse_pieces("there are not as many as the curves have");
+  if (nodes > max_piece_count || stations > FabricLimits{}.stations)
+    return refuse_pieces("have more nodes or stations than a repeat may have");
+  const auto vector_at = [&](int i) {
+    return V3f(vectors[i], vectors[counts.nodes + i], vectors[2 * counts.nodes + i]);
+  };
+  const int shapes = counts.kinds * pieces.nodes;
+  for (int i = 0; i < counts.pieces; ++i) {
+    pieces.starts.push_back(vector_at(i));
+    pieces.kind_of.push_back(whole(vectors[values_per_node * counts.nodes + i], 0, counts.kinds - 1));
+    if (pieces.kind_of.back() < 0) return refuse_pieces("has no kind", fmt::format("piece {}", i));
+  }
+  for (int i = counts.pieces; i < counts.nodes; ++i)
+    (i < counts.pieces + shapes ? pieces.shape : pieces.squeezes).push_back(vector_at(i));
+  const bool squashed = std::ranges::any_of(squeezes, [](int count) { return count > 0; });
+  if (pieces.squeezes.size() != (squashed ? pieces.shape.size() : 0))
+    return refuse_pieces("need one squeeze per node of squashed curves");
+  pieces.light = light_from_values(indirect, counts.stations);
+  return {};
+}
+
+}  // namespace
 
 Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<const float> indirect,
                                    const YarnCounts& counts, const V2f& period) {
@@ -181,6 +261,13 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
   }
   const std::span<const float> nodes =
       curves.subspan(std::size_t{1} * counts.values_per_curve * counts.curves);
+  if (counts.pieces > 0) {
+    if (auto ok = take_pieces(nodes, indirect, counts, squeezes, data); !ok)
+      return tl::unexpected(ok.error());
+    place_copies(data, period);
+    if (auto ok = validate(data, period); !ok) return tl::unexpected(ok.error());
+    return data;
+  }
   int next = 0;
   const auto take = [&](int count, std::vector<V3f>& to) {
     for (; count > 0 && next < counts.nodes; --count, ++next)

@@ -19,6 +19,7 @@
 #include "format/fabric/layers.h"
 #include "format/fabric/shading.h"
 #include "format/fabric/variation.h"
+#include "format/fabric/yarn_copies.h"
 #include "format/fabric/yarn_hairs.h"
 #include "format/fabric/yarn_reflectance.h"
 #include "format/fabric/yarn_section.h"
@@ -99,6 +100,7 @@ struct YarnData {
   /// The same for light from below, mirrored into the upper half, with direct light where the yarn faces up:
   /// where it faces down, the cloth turned over adds that. Empty: unknown.
   std::vector<float> light_through;
+  YarnCopies copies{};  ///< that the curves were placed from; a file has these in place of nodes and light
   bool operator==(const YarnData&) const = default;
 };
 
@@ -106,11 +108,11 @@ YarnCounts counts_of(const YarnData& data);
 
 /// The values of a file's layer `yarns`: the curves' nodes, then their stations, and so on in the order of
 /// the members of YarnCurve, then 1 with squeezes, the strands' contrast and change, the plies' sides, the
-/// lustre and the marl; x, y, z of each curve's nodes and then of its squeezes. `indirect`: every value over
-/// all stations.
+/// lustre and the marl; x, y, z of each curve's nodes and then of its squeezes; of yarn in pieces x, y, z of
+/// their starts, shapes and squeezes, then their kinds. `indirect`: every value over all stations.
 inline constexpr int values_per_node = 3;
 inline int curve_value_count(const YarnCounts& counts) {
-  return counts.values_per_curve * counts.curves + values_per_node * counts.nodes;
+  return counts.values_per_curve * counts.curves + values_per_node * counts.nodes + counts.pieces;
 }
 std::vector<float> curve_values(const YarnData& data);
 /// Transfer of light from above, or of light that comes `through`; empty where that is unknown.
@@ -121,6 +123,8 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
 
 /// The values of `indirect` as YarnData has them; missing moments are 0.
 std::vector<float> light_from_values(std::span<const float> indirect, int stations);
+/// Sets the light that comes through from the values of that layer.
+void set_light_through(YarnData& data, std::span<const float> indirect, const V2f& period);
 
 /// Counts that do not agree, values out of range or not finite, segments without length, yarn that covers the
 /// cell too often: refused, the place being "curve 3" or "node 17".

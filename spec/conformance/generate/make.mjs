@@ -94,7 +94,7 @@ export function fabric_of(fixture) {
       lobes: {lobes: K},
       products: {pairs: listed.map(pairs)},
       bases: {functions: {views: functions[0], lights: functions[1]}},
-      yarns: {...fixture.yarns, optional: true},
+      yarns: {...structuredClone(fixture.yarns), optional: true},
       indirect: {optional: true},
     };
     const number = (level, channel, t) => t < used_count(layer, fabric, level, channel) ?

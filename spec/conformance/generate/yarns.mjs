@@ -19,24 +19,28 @@ const LATER = {
 
 /**
  * Layer members and values of curves, in the order of spec/fabric.md: with 36 fields, with 37 where a curve has the member
- * `unknown`, or with the first `fields` alone; `valuesPerStation`, undefined: no such member.
+ * `unknown`, or with the first `fields` alone; `valuesPerStation`, undefined: no such member. Curves with `pieces`, [kind,
+ * start] each, in place of nodes: `kinds` has `shapes` of as many nodes each, their squeezes if any, and stations of each.
  */
-export function of_curves(curves, {texels: [w, h] = [3, 2], fields = Infinity, valuesPerStation = 145} = {}) {
-  const nodes = curves.flatMap((curve) => [...curve.nodes, ...curve.squeezes ?? []]);
+export function of_curves(curves, {texels: [w, h] = [3, 2], fields = Infinity, valuesPerStation = 145, kinds} = {}) {
+  const placed = curves.flatMap(({pieces = []}) => pieces), each = kinds?.shapes[0].length;
+  const nodes = kinds ? [...placed.map(([, start]) => start), ...kinds.shapes.flat(), ...kinds.squeezes?.flat() ?? []] :
+    curves.flatMap((curve) => [...curve.nodes, ...curve.squeezes ?? []]);
   const rows = curves.map((curve) => {
-    const {nodes: own, stations, turns, radius, albedo, gloss, roughness, slope} = curve;
+    const {nodes: own, pieces, stations, turns, radius, albedo, gloss, roughness, slope} = curve;
     const later = Object.entries(LATER).flatMap(([name, plain]) => Object.values({...plain, ...curve[name], ...(name === 'squashed' && curve.squeezes ? {is: 1} : {})}).flat());
     const further = 'unknown' in curve ? [curve.unknown] : [];
-    return [own.length, stations, ...turns, radius, ...albedo, gloss, roughness, slope, ...later, ...further].slice(0, fields);
+    return [kinds ? each * pieces.length : own.length, stations, ...turns, radius, ...albedo, gloss, roughness, slope, ...later, ...further].slice(0, fields);
   });
   const by_column = (table) => table[0].flatMap((_, i) => table.map((row) => row[i]));
-  const numbers = [...by_column(rows), ...by_column(nodes)];
+  const numbers = [...by_column(rows), ...by_column(nodes), ...placed.map(([kind]) => kind)];
   return {
     texels: [w, h], layers: LAYERS,
     yarns: {
       curves: curves.length,
       nodes: nodes.length,
-      stations: curves.reduce((sum, {stations}) => sum + stations, 0),
+      stations: kinds ? kinds.shapes.length * kinds.stations : curves.reduce((sum, {stations}) => sum + stations, 0),
+      ...kinds && {pieces: {count: placed.length, kinds: kinds.shapes.length, nodes: each, stations: kinds.stations}},
       fields: rows[0].length,
       valuesPerStation,
     },
@@ -106,6 +110,22 @@ export const squashed = {
   ]),
   thickness: crossing.thickness,
 };
+
+/** A yarn along x of plies, one along y, and one that begins steeply: pieces of three kinds, joined where they bend. */
+const {nodes: _, ...weft_alone} = three, {nodes: __, ...warp_alone} = warp;
+const in_pieces = [
+  {...weft_alone, stations: 5, pieces: [[0, [0, -0.3, 0.75]], [1, [0.6, -0.32, 0.5]], [0, [1.4, -0.3, 0.45]]]},
+  {...warp_alone, stations: 3, pieces: [[1, [0.5, -0.3, 0.3]], [2, [0.55, -0.9, 0.7]]]},
+  {...weft_alone, plies: undefined, light: {sides: 1}, stations: 2, pieces: [[2, [0.2, -0.9, 0.2]]]},
+];
+const kinds = {
+  stations: 2,
+  shapes: [
+    [[0, 0, 0], [0.05, 0.02, 0.1], [0.02, 0, 0.15]], [[0, 0, 0], [0, 0.03, -0.2], [0.04, 0.02, -0.1]],
+    [[0, 0, 0], [0.1, 0.05, 0.5], [0.125, 0.1, 0.25]],
+  ],
+};
+export const pieced = {...of_curves(in_pieces, {kinds}), thickness: 1.125};
 
 export const yarns = [
   {name: 'yarns-straight', about: 'a straight yarn without gloss, with one station', ...of_curves([STRAIGHT])},
@@ -197,6 +217,15 @@ export const yarns = [
     name: 'yarns-fewer-fields',
     about: 'curves without the fields from 18 on: no strands, no hairs, a round section',
     ...of_curves([three, two], {fields: 18, valuesPerStation: undefined}),
+  },
+  {name: 'yarns-pieces', about: 'version 5.0: curves in pieces of three kinds, with and without plies', ...pieced},
+  {
+    name: 'yarns-pieces-squashed',
+    about: 'pieces with squeezes, of which one curve has none; light in single precision',
+    ...of_curves(in_pieces.map((curve, i) => ({...curve, squashed: {is: i < 2 ? 1 : 0}})), {
+      kinds: {...kinds, squeezes: [lean.slice(0, 3), lean.slice(1, 4), lean.slice(2)]},
+    }),
+    layers: {table: {}, opacity: {}, yarns: {}, indirect: {precision: 'float'}},
   },
   {
     name: 'yarns-partial',

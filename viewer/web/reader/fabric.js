@@ -12,7 +12,8 @@ import {
 } from './layers.js';
 import {xxh3_128} from './xxh3.js';
 
-export const VERSION = 4;
+/** Major versions that are read; files whose yarn is in pieces have the second. */
+export const VERSIONS = [4, 5];
 export const LIMITS = {
   texels: 4096, directions: 4096, lobes: 16, products: 256, functions: 256, curves: 2 ** 16, nodes: 2 ** 20,
   stations: 2 ** 18, fields: 64, values: 256, nesting: 64
@@ -77,6 +78,11 @@ const are_pairs = (levels) => (lists) => Array.isArray(lists) && (levels === nul
 const are_functions = (x) =>
   is_object(x) && in_range(0, LIMITS.functions)(x.views) && in_range(1, LIMITS.functions)(x.lights);
 
+/** Whether the members of pieces are good, and make the numbers of nodes and stations of the layer. */
+const are_pieces = ({nodes, stations}) => (x) => is_object(x) && in_range(1, LIMITS.stations)(x.stations) &&
+  ['count', 'kinds', 'nodes'].every((name) => in_range(1, LIMITS.nodes)(x[name])) && stations === x.kinds * x.stations &&
+  [1, 2].some((vectors) => nodes === x.count + vectors * x.kinds * x.nodes);
+
 /** Members of layers besides levels and optional; `levels`: the number of the layer's levels, null if that is unknown. */
 const OWN_MEMBERS = {
   lobes: () => [['lobes', ...integer(0, LIMITS.lobes)]],
@@ -85,6 +91,7 @@ const OWN_MEMBERS = {
   yarns: (_, layer) =>
     [['curves', ...integer(1, LIMITS.curves)], ['nodes', ...integer(2, LIMITS.nodes)],
      ['stations', ...integer(1, LIMITS.stations)], ['fields', ...integer(11, LIMITS.fields)],
+     ...Object.hasOwn(layer, 'pieces') ? [['pieces', are_pieces(layer), 'the numbers of its nodes and stations']] : [],
      ...Object.hasOwn(layer, 'valuesPerStation') ? [['valuesPerStation', ...integer(TRANSFER_VALUES, LIMITS.values)]] : []],
 };
 
@@ -255,10 +262,10 @@ function add_side(front, name, report) {
  */
 export async function open_fabric(bytes, report = throw_issue) {
   const {parts} = read_headers(bytes), raw = parse_text({parts}), {version} = raw;
-  if (Array.isArray(version) && Number.isInteger(version[0]) && version[0] !== VERSION) {
+  if (Array.isArray(version) && Number.isInteger(version[0]) && !VERSIONS.includes(version[0])) {
     throw_issue(
       'FABRIC_VERSION', '/version',
-      `fabric version ${version.join('.')} is not read, only ${VERSION}: make the fabric again with 'selvedge make'`);
+      `fabric version ${version.join('.')} is not read, only ${VERSIONS.join(' and ')}: make the fabric again with 'selvedge make'`);
   }
   const digest = parts[0].attributes.get('selvedge.digest');
   if (digest?.type !== 'string' || latin1(digest.value) !== header_digest({parts}))

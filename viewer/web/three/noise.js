@@ -20,7 +20,7 @@ function texture_of(data, width, height) {
   return Object.assign(texture, {format: RedFormat, minFilter: LinearFilter, magFilter: LinearFilter, needsUpdate: true});
 }
 const none = texture_of(new Uint8Array(1), 1, 1);
-/** Frees the texture, unless it is that of all fabrics without variation. */
+/** Frees the texture, unless all fabrics without variation share it. */
 export const free_noise = (noise) => noise && noise.texture !== none && noise.texture.dispose();
 
 /**

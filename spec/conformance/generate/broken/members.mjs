@@ -45,7 +45,7 @@ const texts = [
     ['text-and-more', 'a second object behind the text', (text) => `${JSON.stringify(text)}{}`],
     ['number-nan', 'NaN, which JSON does not have', replaced('"thickness":0.75', '"thickness":NaN')],
   ].map(([what, about, string]) => broken('FABRIC_MALFORMED', what, about, '', {string, ...others})),
-  ...[[0, 9], [1, 0], [2, 0], [3, 0], [3, 1], [3, 3], [5, 0], [-1, 0]].map(
+  ...[[0, 9], [1, 0], [2, 0], [3, 0], [3, 1], [3, 3], [6, 0], [-1, 0]].map(
     (version) => broken('FABRIC_VERSION', `version-${version.join('-')}`, `version ${version.join('.')}`, '/version', {
       text: set('/version', version),
       ...others,
