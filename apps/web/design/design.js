@@ -85,10 +85,16 @@ function make() {
     const is_over = () => resolve_current !== end;
     const [preview] = await made_by(run, 'preview');
     if (is_over()) return;
-    if (preview && await show(preview, is_over, false)) state.preview_ms = performance.now() - begin;
+    let is_made = false;
+    const seen = preview && show(preview, () => is_over() || is_made, false).then((was_seen) => {
+      if (was_seen) state.preview_ms = performance.now() - begin;
+    });
+    // A preview whose images are long in coming does not keep the whole waiting.
+    await Promise.race([seen, new Promise((later) => setTimeout(later, 2000))]);
     if (is_over()) return;
     state.stage = '';
     const [bytes, refusal] = await made_by(run);
+    is_made = true;
     if (is_over()) return;
     if (!bytes) {
       if (last_fabric && preview) await show(last_fabric, is_over);
@@ -140,6 +146,7 @@ async function show(bytes, is_over, is_whole = true) {
         if (!is_as_large) view.prepare();
         if (!is_shown()) return;
       }
+      clearInterval(timer);
       cell_images.removeEventListener('change', look);
       // Images of a fabric may be shown until the one after the next asks for its own.
       if (fabrics.length > 2) fabrics.shift().dispose();
@@ -147,6 +154,8 @@ async function show(bytes, is_over, is_whole = true) {
       view.drawn().then(() => end(!is_over()));
     };
     cell_images.addEventListener('change', look);
+    // A garment that is prepared late tells of no change.
+    const timer = setInterval(look, 200);
   });
 }
 

@@ -29,9 +29,9 @@ YarnData wave(float sway) {
   curve.radius = 0.2F;
   curve.plies = {2, 2, 16, 0.5F, {0, 0, 0}, 1};
   data.curves = {curve};
-  const auto phase = [](int place, int of) {
+  const auto phase = [](int place, int places) {
     const auto i = static_cast<float>(place);
-    return 2 * std::numbers::pi_v<float> * (i / static_cast<float>(of) + 0.25F);
+    return 2 * std::numbers::pi_v<float> * (i / static_cast<float>(places) + 0.25F);
   };
   for (int i = 0; i < curve.nodes; ++i) {
     const float side = i / nodes_per_wave % 2 == 0 ? sway : 0;
