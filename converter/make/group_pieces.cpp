@@ -104,9 +104,9 @@ class CutCurve {
     for (int i = 0; i < 2; ++i) {
       const double station = whole + i;
       const int own = (static_cast<int>(station) % curve_.stations + curve_.stations) % curve_.stations;
-      add_turned_light(light.subspan(std::size_t{light_values_per_station} * own, light_values_per_station),
-                       frames_.turned * (station / curve_.stations - begin) - angle_at(cuts_[piece]),
-                       i == 0 ? 1 - (at - whole) : at - whole, curve_.plies.sides != 0, to);
+      add_rotated_light(light.subspan(std::size_t{light_values_per_station} * own, light_values_per_station),
+                        frames_.closing_angle * (station / curve_.stations - begin) - angle_at(cuts_[piece]),
+                        i == 0 ? 1 - (at - whole) : at - whole, curve_.plies.sides != 0, to);
     }
   }
 
@@ -227,9 +227,9 @@ V3f on_grid(const V3d& d, double step) {
 /// Turns factors of the functions of the light into numbers whose squares add up to the mean square of the
 /// light they make, and back: the functions themselves are far from perpendicular. Upper part of Cholesky's
 /// factor.
-class PerpendicularLight {
+class OrthonormalLight {
  public:
-  PerpendicularLight() {
+  OrthonormalLight() {
     const DirectionGrid lights{16, 16};
     for (int l = 0; l < lights.count(); ++l) {
       const auto basis = light_basis(cell_direction(lights, l));
@@ -245,12 +245,12 @@ class PerpendicularLight {
     }
   }
   /// `station`: [angle][light][colour].
-  void apply(std::span<float> station) const {
+  void to_orthonormal(std::span<float> station) const {
     for_each_list(station, [&](float* factors) {
       for (int i = 0; i < count; ++i) factors[3 * i] = static_cast<float>(sum_from(i, i, factors));
     });
   }
-  void undo(std::span<float> station) const {
+  void from_orthonormal(std::span<float> station) const {
     for_each_list(station, [&](float* factors) {
       for (int i = count - 1; i >= 0; --i)
         factors[3 * i] = static_cast<float>(
@@ -319,7 +319,7 @@ struct Layout {
 };
 
 PieceValues values_of(const std::vector<CutCurve>& curves, const YarnData& data, const Layout& layout,
-                      const PerpendicularLight& perpendicular) {
+                      const OrthonormalLight& orthonormal) {
   PieceValues all{layout.pieces, {}, std::vector<float>(layout.values())};
   all.values.resize(all.weights.size() * layout.pieces);
   std::vector<float> light(light_values_per_station);
@@ -346,7 +346,7 @@ PieceValues values_of(const std::vector<CutCurve>& curves, const YarnData& data,
         for (int s = 0; s < layout.stations; ++s) {
           std::ranges::fill(light, 0.0F);
           c.add_light(p, c.place_in(p, static_cast<double>(s) / layout.stations), of_curve, light);
-          perpendicular.apply(light);
+          orthonormal.to_orthonormal(light);
           for (const float number : light) all.at(value++, piece) = number;
         }
       }
@@ -372,7 +372,7 @@ void weigh(const Layout& layout, PieceValues& all) {
 
 }  // namespace
 
-YarnData with_copies(const YarnData& data, const V2f& period, const V2i& threads, int max_kinds) {
+YarnData find_copies(const YarnData& data, const V2f& period, const V2i& threads, int max_kinds) {
   std::vector<CutCurve> curves;
   bool possible = true;
   for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
@@ -380,8 +380,8 @@ YarnData with_copies(const YarnData& data, const V2f& period, const V2i& threads
   });
   if (!possible) return data;
   const Layout layout(curves, data);
-  const PerpendicularLight perpendicular;
-  PieceValues all = values_of(curves, data, layout, perpendicular);
+  const OrthonormalLight orthonormal;
+  PieceValues all = values_of(curves, data, layout, orthonormal);
   weigh(layout, all);
   Kinds kinds = grouped(all, max_kinds);
 
@@ -405,7 +405,7 @@ YarnData with_copies(const YarnData& data, const V2f& period, const V2i& threads
         copies.squeezes.push_back(on_grid(vector * (1 - 0x1p-7), 0x1p-8));
     }
     for (int i = layout.shape_values(); i < layout.values(); i += light_values_per_station)
-      perpendicular.undo(std::span(mean).subspan(i, light_values_per_station));
+      orthonormal.from_orthonormal(std::span(mean).subspan(i, light_values_per_station));
     const auto begin = mean.begin() + layout.shape_values();
     const auto end = begin + layout.light_values();
     copies.light.insert(copies.light.end(), begin, end);
@@ -416,7 +416,7 @@ YarnData with_copies(const YarnData& data, const V2f& period, const V2i& threads
   const YarnCounts counts = counts_of(result);
   const FabricLimits limits;
   if (counts.nodes > limits.nodes || counts.stations > limits.stations) return data;
-  place_copies(result, period);
+  expand_copies(result, period);
   return validate(result, period) ? result : data;
 }
 

@@ -9,6 +9,6 @@ namespace selvedge {
 /// k-means of their shapes and of their light; pieces begin where they were. `threads`: wales and courses, or
 /// ends and picks, of the repeat: a curve along x is cut at each of the first, one along y at each of the
 /// second. Unchanged where a curve is a ring, or where a file would hold too much.
-YarnData with_copies(const YarnData& data, const V2f& period, const V2i& threads, int max_kinds);
+YarnData find_copies(const YarnData& data, const V2f& period, const V2i& threads, int max_kinds);
 
 }  // namespace selvedge

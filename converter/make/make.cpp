@@ -180,7 +180,7 @@ V2i threads_of(const nlohmann::json& provenance, const V2f& period) {
 
 /// The yarn of the samples, in pieces where these are many. Loops of a chart differ too much from kind to
 /// kind to be copies unless that is asked for: a float would show through.
-YarnData stored_yarn(const Samples& samples, const std::optional<int>& max_kinds) {
+YarnData file_yarn(const Samples& samples, const std::optional<int>& max_kinds) {
   constexpr int many_crossings = 256;
   constexpr int usual_kinds = 128;
   const nlohmann::json provenance = provenance_json(samples.header.provenance);
@@ -189,7 +189,7 @@ YarnData stored_yarn(const Samples& samples, const std::optional<int>& max_kinds
   const bool is_woven = provenance.contains(construction) && provenance[construction] == "weave";
   const int kinds = max_kinds.value_or(is_woven && threads.x * threads.y > many_crossings ? usual_kinds : 0);
   if (kinds == 0 || threads.x < 1 || threads.y < 1) return samples.yarns;
-  return with_copies(samples.yarns, samples.header.period_mm, threads, kinds);
+  return find_copies(samples.yarns, samples.header.period_mm, threads, kinds);
 }
 
 using ProgressOfSide = std::function<Progress(std::size_t)>;
@@ -241,7 +241,7 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
   };
   std::shared_ptr<const Yarns> yarns;
   if (samples.header.yarns.curves > 0)
-    yarns = std::make_shared<const Yarns>(stored_yarn(samples, options.max_kinds), samples.header.period_mm);
+    yarns = std::make_shared<const Yarns>(file_yarn(samples, options.max_kinds), samples.header.period_mm);
   std::vector<Fabric> fits;
   if (options.file_bytes) fits = fit_whole(samples, options, sides, of_side, yarns, outcome.remarks);
   for (std::size_t i = 0; i < sides; ++i) {

@@ -62,7 +62,7 @@ FabricLevel as_stored(FabricLevel level, const LayerSet& half) {
     const bool in_pieces = data.copies.nodes > 0;
     round_to_half(in_pieces ? data.copies.light : data.station_light);
     round_to_half(in_pieces ? data.copies.light_through : data.light_through);
-    if (in_pieces) place_copies(data, level.yarns()->period());
+    if (in_pieces) expand_copies(data, level.yarns()->period());
     // Yarns take long to build.
     if (data.station_light != before.station_light || data.light_through != before.light_through)
       level.set_yarns(std::make_shared<const Yarns>(std::move(data), level.yarns()->period()));

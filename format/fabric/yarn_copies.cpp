@@ -27,9 +27,9 @@ void append_light(const YarnCopies& pieces, const std::vector<float>& light, std
       const std::size_t own = std::size_t{1} * kinds[piece] * pieces.stations + station % pieces.stations;
       const double weight = 1 - std::abs(place - static_cast<double>(station));
       const double beyond = station / pieces.stations == kinds.size() ? 1 : 0;
-      add_turned_light(std::span(light).subspan(own * light_values_per_station, light_values_per_station),
-                       angle_from_piece(frames, piece * pieces.nodes, fraction - beyond), weight,
-                       curve.plies.sides != 0, std::span(to).last(light_values_per_station));
+      add_rotated_light(std::span(light).subspan(own * light_values_per_station, light_values_per_station),
+                        angle_from_piece(frames, piece * pieces.nodes, fraction - beyond), weight,
+                        curve.plies.sides != 0, std::span(to).last(light_values_per_station));
     }
   }
 }
@@ -41,11 +41,11 @@ double angle_from_piece(const ChainFrames& frames, std::size_t start, double fra
   const V3d own = upward_across(tangent);
   const double angle =
       std::atan2(own.cross(frames.across[start]).dot(tangent), own.dot(frames.across[start]));
-  return angle - frames.turned * (fraction - frames.length[start] / frames.length.back());
+  return angle - frames.closing_angle * (fraction - frames.length[start] / frames.length.back());
 }
 
-void add_turned_light(std::span<const float> from, double angle, double weight, bool sides,
-                      std::span<float> to) {
+void add_rotated_light(std::span<const float> from, double angle, double weight, bool sides,
+                       std::span<float> to) {
   const auto add = [&](std::size_t begin, std::size_t values) {
     for (std::size_t i = 0; i < values; ++i) to[begin + i] += static_cast<float>(weight) * from[begin + i];
     for (const std::size_t pair : {1, 3}) {
@@ -63,7 +63,7 @@ void add_turned_light(std::span<const float> from, double angle, double weight, 
     add(std::size_t{transfer_values_per_station} + std::size_t{angle_function_count} * n, 1);
 }
 
-void place_copies(YarnData& data, const V2f& period) {
+void expand_copies(YarnData& data, const V2f& period) {
   const YarnCopies& pieces = data.copies;
   data.nodes.clear();
   data.station_light.clear();

@@ -36,7 +36,7 @@ V3d upward_across(const V3d& tangent);
 struct ChainFrames {
   std::vector<V3d> tangent, across;
   std::vector<double> length;  ///< up to the node by straight lines, mm; then of the whole chain
-  double turned = 0;           ///< angle that carrying along the whole chain leaves, which is spread over it
+  double closing_angle = 0;    ///< angle that carrying along the whole chain leaves, which is spread over it
 };
 ChainFrames chain_frames(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period);
 
@@ -46,11 +46,11 @@ double angle_from_piece(const ChainFrames& frames, std::size_t start, double fra
 
 /// Adds a station's light, as factors of functions of angles which count from a direction that is turned by
 /// `angle` about the yarn.
-void add_turned_light(std::span<const float> from, double angle, double weight, bool sides,
-                      std::span<float> to);
+void add_rotated_light(std::span<const float> from, double angle, double weight, bool sides,
+                       std::span<float> to);
 
 /// Sets nodes, squeezes and light of all curves from the pieces; of curves that have squeezes, those.
 /// Precondition: the nodes that each curve counts are a multiple of a piece's, and all pieces are there.
-void place_copies(YarnData& data, const V2f& period);
+void expand_copies(YarnData& data, const V2f& period);
 
 }  // namespace selvedge

@@ -55,11 +55,11 @@ Axis axis_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& peri
     axis.across.push_back(carried(axis.across[i], way, axis.tangent[i], axis.tangent[i + 1]));
     axis.length.push_back(axis.length[i] + way.length());
   }
-  axis.turned = std::atan2(axis.across[0].cross(axis.across[count]).dot(axis.tangent[0]),
-                           axis.across[0].dot(axis.across[count]));
+  axis.closing_angle = std::atan2(axis.across[0].cross(axis.across[count]).dot(axis.tangent[0]),
+                                  axis.across[0].dot(axis.across[count]));
   for (int i = 0; i <= count; ++i)
     axis.across[i] =
-        rotated(axis.across[i], axis.tangent[i], -axis.turned * axis.length[i] / axis.length[count]);
+        rotated(axis.across[i], axis.tangent[i], -axis.closing_angle * axis.length[i] / axis.length[count]);
   return axis;
 }
 

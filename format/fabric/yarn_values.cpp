@@ -130,7 +130,7 @@ void set_light_through(YarnData& data, std::span<const float> indirect, const V2
     return;
   }
   data.copies.light_through = std::move(light);
-  place_copies(data, period);
+  expand_copies(data, period);
 }
 
 YarnData turned_over(const Yarns& yarns, float thickness) {
@@ -264,7 +264,7 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
   if (counts.pieces > 0) {
     if (auto ok = take_pieces(nodes, indirect, counts, squeezes, data); !ok)
       return tl::unexpected(ok.error());
-    place_copies(data, period);
+    expand_copies(data, period);
     if (auto ok = validate(data, period); !ok) return tl::unexpected(ok.error());
     return data;
   }

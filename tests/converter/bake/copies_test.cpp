@@ -57,7 +57,7 @@ float mean_light(const YarnData& data) {
 
 TEST_CASE("pieces of equal waves are copies of one kind: yarn and light are what they were") {
   const YarnData given = wave(0);
-  const YarnData copied = with_copies(given, period, {waves, 1}, 8);
+  const YarnData copied = find_copies(given, period, {waves, 1}, 8);
   CHECK(copied.copies.kinds() <= 2);
   CHECK(copied.copies.kind_of.size() == waves);
   REQUIRE(validate(copied, period));
@@ -95,7 +95,7 @@ TEST_CASE("a fabric in pieces is of version 5, smaller, and read as it was writt
   };
   const YarnData given = wave(0.3F);
   CHECK(written(given, "4.exr") == given);
-  const YarnData copied = with_copies(given, period, {waves, 1}, 2);
+  const YarnData copied = find_copies(given, period, {waves, 1}, 2);
   CHECK(copied.copies.kinds() == 2);
   CHECK(written(copied, "5.exr") == copied);
   CHECK(test::need(read_file(folder / "4.exr")).find("\"version\":[4,0]") != std::string::npos);
@@ -107,7 +107,7 @@ TEST_CASE("a fabric in pieces is of version 5, smaller, and read as it was writt
 TEST_CASE("a ring cannot be cut: yarn with one stays as it is") {
   YarnData data = wave(0);
   data.curves[0].repeat_offset = {0, 0};
-  CHECK(with_copies(data, period, {waves, 1}, 2) == data);
+  CHECK(find_copies(data, period, {waves, 1}, 2) == data);
 }
 
 }  // namespace selvedge
