@@ -33,8 +33,10 @@ async function seen(site, shows) {
       return materials.length > 0 && materials.every((material) => material.shows === shows);
     }, shows, { timeout: 60000 });
     if (shows === 'fallback') await page.waitForFunction(() => globalThis.stage, null, { timeout: 60000 });
-    for (const end = performance.now() + 5000; shows === 'fallback' && errors.length < 2 && performance.now() < end;) await new Promise((go) => setTimeout(go, 50));
-    return errors.filter((error) => !error.includes('Failed to load resource'));
+    // A browser says by lines of its own that files did not load: what is waited for comes after them.
+    const said = () => errors.filter((error) => !error.includes('Failed to load resource'));
+    for (const end = performance.now() + 60000; shows === 'fallback' && said().length < 2 && performance.now() < end;) await new Promise((go) => setTimeout(go, 50));
+    return said();
   });
 }
 const bundlers = {
