@@ -95,11 +95,9 @@ Info fabric_info(const std::string& path, const SceneLimits& limits) {
     text += "\n";
   }
   const YarnCounts& yarns = header.shape.yarns;
-  if (yarns.pieces > 0)
-    text += fmt::format("yarn           {} curves, {} pieces of {} kinds\n", yarns.curves, yarns.pieces,
-                        yarns.kinds);
-  else if (yarns.curves > 0)
-    text += fmt::format("yarn           {} curves, {} nodes\n", yarns.curves, yarns.nodes);
+  if (yarns.curves > 0)
+    text += fmt::format("yarn           {} curves, {} nodes{}\n", yarns.curves, yarns.nodes,
+                        yarns.light_functions > 0 ? ", packed" : "");
   return {{{"content", std::move(content)}, {"layers", std::move(layers)}}, std::move(text)};
 }
 

@@ -166,17 +166,6 @@ void add_fit(Options& options, MakeCommand& command) {
       .advanced();
   options.bytes("--bytes", command.options.file_bytes,
                 "The most accurate fabric of at most this size (K, M: KiB, MiB)");
-  options
-      .text("--kinds", "N|exact",
-            "Kinds at most that a chart's stitches or a draft's crossings are copies of [128 of more than "
-            "256 crossings, else exact]",
-            [&command](const std::string& text) {
-              const std::size_t digits = text.find_first_not_of("0123456789");
-              if (text != "exact" && (text.empty() || text.size() > 6 || digits != std::string::npos))
-                refuse("--kinds", fmt::format("\"{}\" is neither a number nor exact", text));
-              command.options.max_kinds = text == "exact" ? 0 : std::stoi(text);
-            })
-      .advanced();
 }
 
 /// Declares --quality, which sets the options that are not given.
@@ -223,7 +212,7 @@ void add_recipe(Options& options, MakeCommand& command) {
     }
     for (const char* name :
          {"--quality", "--texels", "--views", "--lights", "--samples", "--indirect", "--bounces", "--pairs",
-          "--truth-samples", "--sides", "--yarns", "--seed", "--grid", "--lobes", "--no-table", "--kinds"})
+          "--truth-samples", "--sides", "--yarns", "--seed", "--grid", "--lobes", "--no-table"})
       for (const std::string& text : options.given_texts(name)) command.recipe[name + 2] = recipe_value(text);
     for (const std::string& text : options.given_texts("--float"))
       command.recipe["set"]["float"] = recipe_value(text);

@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "converter/make/fallback_factors.h"
-#include "converter/make/group_pieces.h"
+#include "converter/make/pack_yarn.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/textile.h"
 #include "fitter/budget/candidates.h"
@@ -131,10 +131,8 @@ Fabric fit_side(SideSamples samples, const MakeOptions& options, const Progress&
       fit(samples.level, samples.header, options.fit, progress, samples.pairs[index_of(PairKind::measured)]));
 }
 
-/// Yarn that packs to fewer bytes: its nodes to 1/256 of the thinnest radius, its light to 1/64. That in
-/// pieces is rounded.
+/// Yarn of fewer bytes: its nodes to 1/256 of the thinnest radius, its light to 1/64.
 YarnData rounded(YarnData yarn) {
-  if (yarn.copies.nodes > 0) return yarn;
   float radius = std::numeric_limits<float>::infinity();
   for (const YarnCurve& curve : yarn.curves) radius = std::min(radius, ply_or_yarn_radius(curve));
   const float step = std::exp2(std::floor(std::log2(radius / 256)));
@@ -163,35 +161,6 @@ std::optional<double> near_accuracy(const nlohmann::json& provenance) {
   return least;
 }
 
-/// Wales and courses, or ends and picks, of the repeat by its data sheet; 0: unknown.
-V2i threads_of(const nlohmann::json& provenance, const V2f& period) {
-  constexpr double max_threads = 4096;
-  V2i threads(0, 0);
-  const nlohmann::json sheet = provenance.contains("sheet") ? provenance["sheet"] : nlohmann::json();
-  for (const auto& [axis, names] : {std::pair(0, std::pair("walesPerCentimetre", "endsPerCentimetre")),
-                                    std::pair(1, std::pair("coursesPerCentimetre", "picksPerCentimetre"))}) {
-    for (const char* name : {names.first, names.second})
-      if (sheet.is_object() && sheet.contains(name) && sheet[name].is_number())
-        threads[axis] = static_cast<int>(std::lround(std::clamp(
-            sheet[name].get<double>() * static_cast<double>(period[axis]) / 10, 0.0, max_threads)));
-  }
-  return threads;
-}
-
-/// The yarn of the samples, in pieces where these are many. Loops of a chart differ too much from kind to
-/// kind to be copies unless that is asked for: a float would show through.
-YarnData file_yarn(const Samples& samples, const std::optional<int>& max_kinds) {
-  constexpr int many_crossings = 256;
-  constexpr int usual_kinds = 128;
-  const nlohmann::json provenance = provenance_json(samples.header.provenance);
-  const V2i threads = threads_of(provenance, samples.header.period_mm);
-  const nlohmann::json::json_pointer construction("/sheet/construction");
-  const bool is_woven = provenance.contains(construction) && provenance[construction] == "weave";
-  const int kinds = max_kinds.value_or(is_woven && threads.x * threads.y > many_crossings ? usual_kinds : 0);
-  if (kinds == 0 || threads.x < 1 || threads.y < 1) return samples.yarns;
-  return find_copies(samples.yarns, samples.header.period_mm, threads, kinds);
-}
-
 using ProgressOfSide = std::function<Progress(std::size_t)>;
 
 /// Fits with the layers that make the whole file as large as options.file_bytes lets it be. Yarn is rounded
@@ -213,7 +182,7 @@ std::vector<Fabric> fit_whole(const Samples& samples, const MakeOptions& options
     const double standard_room =
         (standard_bytes - LayerFitter::typical_overhead_bytes) * growth_of(samples.header);
     fits = search.largest(fitters, yarns, options.write, standard_room * weights);
-    if (fits.empty()) {
+    if (fits.empty() && yarns->data().packing.step == 0) {
       yarns = std::make_shared<const Yarns>(rounded(yarns->data()), yarns->period());
       fits = search.largest(fitters, yarns, options.write);
     }
@@ -241,7 +210,7 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
   };
   std::shared_ptr<const Yarns> yarns;
   if (samples.header.yarns.curves > 0)
-    yarns = std::make_shared<const Yarns>(file_yarn(samples, options.max_kinds), samples.header.period_mm);
+    yarns = std::make_shared<const Yarns>(packed_if_large(samples.yarns), samples.header.period_mm);
   std::vector<Fabric> fits;
   if (options.file_bytes) fits = fit_whole(samples, options, sides, of_side, yarns, outcome.remarks);
   for (std::size_t i = 0; i < sides; ++i) {

@@ -28,9 +28,6 @@ struct MakeOptions {
   bool chooses_layers = false;
   std::optional<std::uint64_t> file_bytes;  ///< of the whole file, in place of the budget
   bool requires_yarn = false;               ///< refuses bytes that have no room for it
-  /// Kinds that the yarn's pieces are copies of (group_pieces.h), at most; 0: none, every piece is its own.
-  /// Not given: 128 where a weave has more than 256 crossings.
-  std::optional<int> max_kinds;
 };
 
 /// Names of --quality.

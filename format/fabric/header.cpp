@@ -263,11 +263,11 @@ int FabricHeader::texel_level(int level) const {
 }
 
 std::string header_to_json(FabricHeader header) {
-  // Readers of version 4 do not know pieces.
-  const bool in_pieces = header.shape.yarns.pieces > 0;
-  json text = {
-      {"version",
-       {in_pieces ? names::version_of_copies : names::fabric_version_major, names::fabric_version_minor}}};
+  // Readers of version 4 would misread packed yarn.
+  const bool is_packed = header.shape.yarns.light_functions > 0;
+  json text = {{"version",
+                {is_packed ? names::version_of_packed_yarn : names::fabric_version_major,
+                 names::fabric_version_minor}}};
   TextIo({}).root(JsonIo::writer(text), header);
   return text.dump();
 }
@@ -287,7 +287,7 @@ std::optional<FabricHeader> header_from_json(const std::string& text, const Fabr
     return std::nullopt;
   }
   const json& major = (*version)[0];
-  if (major != names::fabric_version_major && major != names::version_of_copies) {
+  if (major != names::fabric_version_major && major != names::version_of_packed_yarn) {
     const std::string number = major.dump() + "." + (*version)[1].dump();
     sink.add(
         Code::fabric_version, "/version",
@@ -295,7 +295,7 @@ std::optional<FabricHeader> header_from_json(const std::string& text, const Fabr
             ? fmt::format("fabric version {} is no longer read: make the fabric again with 'selvedge make'",
                           number)
             : fmt::format("fabric version {} is not known, only {}.x and {}.x", number,
-                          names::fabric_version_major, names::version_of_copies));
+                          names::fabric_version_major, names::version_of_packed_yarn));
     return std::nullopt;
   }
   const std::size_t errors = sink.error_count();

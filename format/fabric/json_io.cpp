@@ -163,19 +163,11 @@ void JsonIo::yarn_counts(YarnCounts& counts, const FabricLimits& limits) const {
   else
     integer(names::member::values_per_station, counts.values_per_station, min_station_value_count,
             limits.values_per_station);
-  if (!has_optional("pieces", counts.pieces > 0)) return;
-  const JsonIo pieces = object("pieces");
-  if (!pieces) return;
-  const std::size_t errors = is_reading() ? sink().error_count() : 0;
-  pieces.integer("count", counts.pieces, 1, limits.nodes);
-  pieces.integer("kinds", counts.kinds, 1, limits.nodes);
-  pieces.integer("nodes", counts.nodes_per_piece, 1, limits.nodes);
-  pieces.integer("stations", counts.stations_per_piece, 1, limits.stations);
-  if (!is_reading() || sink().error_count() > errors) return;
-  const std::int64_t shapes = std::int64_t{counts.kinds} * counts.nodes_per_piece;
-  if ((counts.nodes != counts.pieces + shapes && counts.nodes != counts.pieces + 2 * shapes) ||
-      counts.stations != std::int64_t{counts.kinds} * counts.stations_per_piece)
-    add_issue("pieces", "do not make the numbers of nodes and stations");
+  if (!has_optional("packed", counts.light_functions > 0)) return;
+  const JsonIo packed = object("packed");
+  if (!packed) return;
+  packed.integer("functions", counts.light_functions, 1, limits.functions);
+  packed.number("step", counts.step, RealRule::positive);
 }
 
 }  // namespace selvedge

@@ -70,8 +70,7 @@ constexpr std::array<LayerRow, all_layers.size()> rows{{
      all_finite},
     {names::part_yarns, [](const LayerShape& s) { return channels_of(curve_value_count(s.yarns), s); },
      number, all_finite},
-    {names::part_indirect,
-     [](const LayerShape& s) { return channels_of(s.yarns.values_per_station * s.yarns.stations, s); },
+    {names::part_indirect, [](const LayerShape& s) { return channels_of(indirect_value_count(s.yarns), s); },
      number, all_finite},
 }};
 

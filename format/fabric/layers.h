@@ -96,12 +96,8 @@ struct YarnCounts {
   int stations = 0;                         ///< of indirect light
   int values_per_curve = yarn_field_count;  ///< numbers of a curve
   int values_per_station = station_value_count;
-  /// Pieces (yarn_copies.h): nodes are then their starts and their kinds' nodes and squeezes, stations those
-  /// of kinds. 0: none.
-  int pieces = 0;
-  int kinds = 0;
-  int nodes_per_piece = 0;
-  int stations_per_piece = 0;
+  int light_functions = 0;  ///< of packed yarn (YarnPacking); 0: it is not packed
+  float step = 0;           ///< mm, of packed nodes
   bool operator==(const YarnCounts&) const = default;
 };
 

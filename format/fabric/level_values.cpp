@@ -103,7 +103,7 @@ void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& perio
 void restore_light_through(FabricLevel& front, const FabricLevel& through) {
   if (!front.yarns() || !through.has(LayerKind::indirect)) return;
   YarnData data = front.yarns()->data();
-  set_light_through(data, gathered(through, LayerKind::indirect), front.yarns()->period());
+  set_light_through(data, gathered(through, LayerKind::indirect));
   front.set_yarns(std::make_shared<const Yarns>(std::move(data), front.yarns()->period()));
 }
 

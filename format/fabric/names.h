@@ -8,7 +8,7 @@ namespace selvedge::names {
 
 inline constexpr int fabric_version_major = 4;
 inline constexpr int fabric_version_minor = 0;
-inline constexpr int version_of_copies = 5;  ///< major, of files whose yarn is in pieces alone
+inline constexpr int version_of_packed_yarn = 5;  ///< major; other files have the one above
 inline constexpr int samples_version = 3;
 
 // Parts of a fabric file, in the file's order.

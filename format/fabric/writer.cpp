@@ -56,13 +56,11 @@ FabricLevel as_stored(FabricLevel level, const LayerSet& half) {
     round_to_half(layer.values);
     level.set_layer(kind, std::move(layer));
   }
-  if (level.yarns() && half.contains(LayerKind::indirect)) {
+  if (level.yarns() && half.contains(LayerKind::indirect) && level.yarns()->data().packing.step == 0) {
     const YarnData& before = level.yarns()->data();
     YarnData data = before;
-    const bool in_pieces = data.copies.nodes > 0;
-    round_to_half(in_pieces ? data.copies.light : data.station_light);
-    round_to_half(in_pieces ? data.copies.light_through : data.light_through);
-    if (in_pieces) expand_copies(data, level.yarns()->period());
+    round_to_half(data.station_light);
+    round_to_half(data.light_through);
     // Yarns take long to build.
     if (data.station_light != before.station_light || data.light_through != before.light_through)
       level.set_yarns(std::make_shared<const Yarns>(std::move(data), level.yarns()->period()));

@@ -19,6 +19,11 @@ V3d carried(const V3d& across, const V3d& way, const V3d& tangent, const V3d& ne
   return turn2 == 0 ? reflected : reflected - turn * (2 * turn.dot(reflected) / turn2);
 }
 
+V3d any_across(const V3d& tangent) {
+  const V3d axis = angles_from_x_axis(V3f(tangent)) ? V3d(1, 0, 0) : V3d(0, 0, 1);
+  return (axis - tangent * axis.dot(tangent)).normalized();
+}
+
 V3d rotated(const V3d& d, const V3d& unit_axis, double angle) {
   return d * std::cos(angle) + unit_axis.cross(d) * std::sin(angle);
 }
@@ -33,8 +38,9 @@ V3d tangent_at(std::span<const V3d> nodes, int i) {
 }
 
 /// The axis of a yarn: its nodes with one before and two behind them, and per node what follows from them.
-struct Axis : ChainFrames {
-  std::vector<V3d> nodes;
+struct Axis {
+  std::vector<V3d> nodes, tangent, across;
+  std::vector<double> length;  ///< up to the node, by straight lines
   V3d turns;
 };
 
@@ -48,18 +54,18 @@ Axis axis_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& peri
     axis.nodes.push_back(V3d(nodes[i - repeat * count]) + axis.turns * static_cast<double>(repeat));
   }
   for (int i = 0; i <= count; ++i) axis.tangent.push_back(tangent_at(axis.nodes, i));
-  axis.across.push_back(upward_across(axis.tangent[0]));
+  axis.across.push_back(any_across(axis.tangent[0]));
   axis.length.push_back(0);
   for (int i = 0; i < count; ++i) {
     const V3d way = axis.nodes[i + 2] - axis.nodes[i + 1];
     axis.across.push_back(carried(axis.across[i], way, axis.tangent[i], axis.tangent[i + 1]));
     axis.length.push_back(axis.length[i] + way.length());
   }
-  axis.closing_angle = std::atan2(axis.across[0].cross(axis.across[count]).dot(axis.tangent[0]),
-                                  axis.across[0].dot(axis.across[count]));
-  for (int i = 0; i <= count; ++i)
-    axis.across[i] =
-        rotated(axis.across[i], axis.tangent[i], -axis.closing_angle * axis.length[i] / axis.length[count]);
+  const double turned = std::atan2(axis.across[0].cross(axis.across[count]).dot(axis.tangent[0]),
+                                   axis.across[0].dot(axis.across[count]));
+  for (int i = 0; i <= count; ++i) {
+    axis.across[i] = rotated(axis.across[i], axis.tangent[i], -turned * axis.length[i] / axis.length[count]);
+  }
   return axis;
 }
 
@@ -195,15 +201,6 @@ V3f across_of(const V3f& d, const V3f& unit_axis) {
 }
 
 }  // namespace
-
-V3d upward_across(const V3d& tangent) {
-  const V3d axis = angles_from_x_axis(V3f(tangent)) ? V3d(1, 0, 0) : V3d(0, 0, 1);
-  return (axis - tangent * axis.dot(tangent)).normalized();
-}
-
-ChainFrames chain_frames(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period) {
-  return axis_of(curve, nodes, period);
-}
 
 double unit_ply_radius(int plies) {
   const double sine = std::sin(std::numbers::pi / plies);

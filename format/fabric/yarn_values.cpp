@@ -60,19 +60,19 @@ int whole(float value, int min, int max) {
              : min - 1;
 }
 
+/// Appends each value of a station over all stations, or functions.
+void append_over_all(const std::vector<float>& light, std::vector<float>& values) {
+  for (std::size_t i = 0; i < light_values_per_station; ++i)
+    for (std::size_t first = i; first < light.size(); first += light_values_per_station)
+      values.push_back(light[first]);
+}
+
 }  // namespace
 
 YarnCounts counts_of(const YarnData& data) {
   YarnCounts counts{static_cast<int>(data.curves.size()), static_cast<int>(data.nodes.size()), 0};
-  if (const YarnCopies& p = data.copies; p.nodes > 0) {
-    counts.pieces = static_cast<int>(p.kind_of.size());
-    counts.kinds = p.kinds();
-    counts.nodes_per_piece = p.nodes;
-    counts.stations_per_piece = p.stations;
-    counts.nodes = counts.pieces + static_cast<int>(p.shape.size() + p.squeezes.size());
-    counts.stations = counts.kinds * p.stations;
-    return counts;
-  }
+  counts.light_functions = data.packing.function_count();
+  counts.step = data.packing.step;
   for (const YarnCurve& curve : data.curves) {
     counts.stations += curve.stations;
     counts.nodes += static_cast<int>(curve.squeezes.size());
@@ -85,57 +85,75 @@ std::vector<float> curve_values(const YarnData& data) {
   for (int field = 0; field < yarn_field_count; ++field) {
     for (const YarnCurve& curve : data.curves) values.push_back(fields_of(curve)[field]);
   }
-  const YarnCopies& pieces = data.copies;
+  const YarnPacking& packing = data.packing;
   for (int axis = 0; axis < values_per_node; ++axis) {
-    for (const auto* list : {&pieces.starts, &pieces.shape, &pieces.squeezes})
-      for (const V3f& value : *list) values.push_back(value[axis]);
-    if (pieces.nodes > 0) continue;
+    const auto append = [&](std::span<const V3f> list, float step, bool straight) {
+      if (packing.step == 0) {
+        for (const V3f& value : list) values.push_back(value[axis]);
+        return;
+      }
+      double last = 0;
+      double slope = 0;
+      for (std::size_t i = 0; i < list.size(); ++i) {
+        const double steps = std::round(static_cast<double>(list[i][axis]) / static_cast<double>(step));
+        values.push_back(static_cast<float>(steps - last - slope));
+        if (straight && i > 0) slope = steps - last;
+        last = steps;
+      }
+    };
     for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
-      for (const V3f& node : nodes) values.push_back(node[axis]);
-      for (const V3f& squeeze : curve.squeezes) values.push_back(squeeze[axis]);
+      append(nodes, packing.step, true);
+      append(curve.squeezes, packed_squeeze_step, false);
     });
   }
-  values.insert(values.end(), pieces.kind_of.begin(), pieces.kind_of.end());
+  append_over_all(packing.functions, values);
   return values;
 }
 
 std::vector<float> indirect_values(const YarnData& data, bool through) {
+  if (data.packing.step > 0) return through ? data.packing.factors_through : data.packing.factors;
   std::vector<float> values;
-  const YarnCopies& pieces = data.copies;
-  const std::vector<float>& light = pieces.nodes == 0 ? (through ? data.light_through : data.station_light)
-                                    : through         ? pieces.light_through
-                                                      : pieces.light;
-  const std::size_t stations = light.size() / light_values_per_station;
-  for (std::size_t i = 0; i < light_values_per_station; ++i) {
-    for (std::size_t s = 0; s < stations; ++s) values.push_back(light[s * light_values_per_station + i]);
-  }
+  append_over_all(through ? data.light_through : data.station_light, values);
   return values;
 }
 
-std::vector<float> light_from_values(std::span<const float> indirect, int stations) {
+std::vector<float> unpacked_light(const YarnPacking& packing, const std::vector<float>& factors) {
+  const auto functions = static_cast<std::size_t>(packing.function_count());
+  const std::size_t stations = factors.size() / functions;
+  std::vector<float> light(stations * light_values_per_station);
+  for (std::size_t f = 0; f < functions; ++f)
+    for (std::size_t s = 0; s < stations; ++s)
+      for (std::size_t i = 0; i < light_values_per_station; ++i)
+        light[s * light_values_per_station + i] +=
+            factors[f * stations + s] * packing.functions[f * light_values_per_station + i];
+  return light;
+}
+
+std::vector<float> light_from_values(std::span<const float> values, int stations) {
   std::vector<float> light(std::size_t{light_values_per_station} * stations);
-  const int given = stations > 0 ? static_cast<int>(indirect.size()) / stations : 0;
+  const int given = stations > 0 ? static_cast<int>(values.size()) / stations : 0;
   for (int i = 0; i < std::min(given, light_values_per_station); ++i) {
     for (int s = 0; s < stations; ++s) {
-      light[std::size_t{light_values_per_station} * s + i] = indirect[std::size_t{1} * i * stations + s];
+      light[std::size_t{light_values_per_station} * s + i] = values[std::size_t{1} * i * stations + s];
     }
   }
   return light;
 }
 
-void set_light_through(YarnData& data, std::span<const float> indirect, const V2f& period) {
-  std::vector<float> light = light_from_values(indirect, counts_of(data).stations);
-  if (data.copies.nodes == 0) {
-    data.light_through = std::move(light);
+void set_light_through(YarnData& data, std::span<const float> indirect) {
+  const YarnCounts counts = counts_of(data);
+  if (data.packing.step == 0) {
+    data.light_through = light_from_values(indirect, counts.stations);
     return;
   }
-  data.copies.light_through = std::move(light);
-  expand_copies(data, period);
+  const auto factors = indirect.first(indirect_value_count(counts));
+  data.packing.factors_through.assign(factors.begin(), factors.end());
+  data.light_through = unpacked_light(data.packing, data.packing.factors_through);
 }
 
 YarnData turned_over(const Yarns& yarns, float thickness) {
   YarnData turned = yarns.data();
-  turned.copies = {};
+  turned.packing = {};
   for (V3f& node : turned.nodes) node.z = thickness - node.z;
   const bool known = !turned.light_through.empty();
   if (known) std::swap(turned.station_light, turned.light_through);
@@ -173,55 +191,6 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
   });
   return turned;
 }
-
-namespace {
-
-tl::unexpected<Error> refuse_pieces(std::string why, const std::string& place = "pieces") {
-  return fail(Code::fabric_malformed, {}, place, std::move(why));
-}
-
-/// Sets the pieces of the curves and where they begin. `vectors`: what follows the fields of the curves;
-/// `squeezes`: of each curve.
-Result<void> take_pieces(std::span<const float> vectors, std::span<const float> indirect,
-                         const YarnCounts& counts, const std::vector<int>& squeezes, YarnData& data) {
-  YarnCopies& pieces = data.copies;
-  pieces.nodes = counts.nodes_per_piece;
-  pieces.stations = counts.stations_per_piece;
-  std::int64_t nodes = 0;
-  std::int64_t stations = 0;
-  for (std::size_t c = 0; c < data.curves.size(); ++c) {
-    YarnCurve& curve = data.curves[c];
-    if (curve.nodes < 1 || curve.nodes % pieces.nodes != 0 || curve.stations < 1)
-      return refuse_pieces("has no whole number of pieces", fmt::format("curve {}", c));
-    nodes += curve.nodes;
-    stations += curve.stations;
-    if (squeezes[c] != 0 && squeezes[c] != curve.nodes)
-      return refuse_pieces("is neither squashed nor round", fmt::format("curve {}", c));
-    if (squeezes[c] > 0) curve.squeezes.resize(1);
-  }
-  if (nodes != std::int64_t{1} * counts.pieces * pieces.nodes)
-    return refuse_pieces("there are not as many as the curves have");
-  if (nodes > max_piece_count || stations > FabricLimits{}.stations)
-    return refuse_pieces("have more nodes or stations than a repeat may have");
-  const auto vector_at = [&](int i) {
-    return V3f(vectors[i], vectors[counts.nodes + i], vectors[2 * counts.nodes + i]);
-  };
-  const int shapes = counts.kinds * pieces.nodes;
-  for (int i = 0; i < counts.pieces; ++i) {
-    pieces.starts.push_back(vector_at(i));
-    pieces.kind_of.push_back(whole(vectors[values_per_node * counts.nodes + i], 0, counts.kinds - 1));
-    if (pieces.kind_of.back() < 0) return refuse_pieces("has no kind", fmt::format("piece {}", i));
-  }
-  for (int i = counts.pieces; i < counts.nodes; ++i)
-    (i < counts.pieces + shapes ? pieces.shape : pieces.squeezes).push_back(vector_at(i));
-  const bool squashed = std::ranges::any_of(squeezes, [](int count) { return count > 0; });
-  if (pieces.squeezes.size() != (squashed ? pieces.shape.size() : 0))
-    return refuse_pieces("need one squeeze per node of squashed curves");
-  pieces.light = light_from_values(indirect, counts.stations);
-  return {};
-}
-
-}  // namespace
 
 Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<const float> indirect,
                                    const YarnCounts& counts, const V2f& period) {
@@ -261,24 +230,37 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
   }
   const std::span<const float> nodes =
       curves.subspan(std::size_t{1} * counts.values_per_curve * counts.curves);
-  if (counts.pieces > 0) {
-    if (auto ok = take_pieces(nodes, indirect, counts, squeezes, data); !ok)
-      return tl::unexpected(ok.error());
-    expand_copies(data, period);
-    if (auto ok = validate(data, period); !ok) return tl::unexpected(ok.error());
-    return data;
-  }
+  YarnPacking& packing = data.packing;
+  packing.step = counts.step;
   int next = 0;
-  const auto take = [&](int count, std::vector<V3f>& to) {
-    for (; count > 0 && next < counts.nodes; --count, ++next)
-      to.emplace_back(nodes[next], nodes[counts.nodes + next], nodes[2 * counts.nodes + next]);
+  const auto take = [&](int count, float step, bool straight, std::vector<V3f>& to) {
+    V3d last(0, 0, 0);
+    V3d slope(0, 0, 0);
+    for (int i = 0; i < count && next < counts.nodes; ++i, ++next) {
+      const V3f value(nodes[next], nodes[counts.nodes + next], nodes[2 * counts.nodes + next]);
+      if (step == 0) {
+        to.push_back(value);
+        continue;
+      }
+      if (i > 0 && straight) slope += V3d(value);
+      last += i > 0 && straight ? slope : V3d(value);
+      to.emplace_back(last * static_cast<double>(step));
+    }
   };
+  const bool is_packed = packing.step > 0;
   for (std::size_t c = 0; c < data.curves.size(); ++c) {
-    take(data.curves[c].nodes, data.nodes);
-    take(squeezes[c], data.curves[c].squeezes);
+    take(data.curves[c].nodes, packing.step, true, data.nodes);
+    take(squeezes[c], is_packed ? packed_squeeze_step : 0, false, data.curves[c].squeezes);
   }
-  take(counts.nodes, data.nodes);
-  data.station_light = light_from_values(indirect, counts.stations);
+  take(counts.nodes, 0, false, data.nodes);
+  if (is_packed) {
+    packing.functions =
+        light_from_values(nodes.subspan(std::size_t{values_per_node} * counts.nodes), counts.light_functions);
+    packing.factors.assign(indirect.begin(), indirect.begin() + indirect_value_count(counts));
+    data.station_light = unpacked_light(packing, packing.factors);
+  } else {
+    data.station_light = light_from_values(indirect, counts.stations);
+  }
   if (auto ok = validate(data, period); !ok) return tl::unexpected(ok.error());
   return data;
 }

@@ -19,7 +19,6 @@
 #include "format/fabric/layers.h"
 #include "format/fabric/shading.h"
 #include "format/fabric/variation.h"
-#include "format/fabric/yarn_copies.h"
 #include "format/fabric/yarn_hairs.h"
 #include "format/fabric/yarn_reflectance.h"
 #include "format/fabric/yarn_section.h"
@@ -91,6 +90,19 @@ std::array<float, angle_function_count> angle_basis(float cosine, float sine);
 /// l_z included. Precondition: unit light.
 std::array<float, yarn_light_function_count> light_basis(const V3f& light);
 
+/// Numbers from which a reader restores nodes, squeezes and light, a few bytes a node and a station
+/// (spec/fabric.md, "Packed yarn"): nodes are multiples of the step then, squeezes of packed_squeeze_step.
+struct YarnPacking {
+  float step = 0;                ///< mm; 0: the yarn is not packed
+  std::vector<float> functions;  ///< [function][value of a station]
+  /// [function][station], whole numbers that a 16-bit float holds: a station's light is the sum of the
+  /// functions times these.
+  std::vector<float> factors, factors_through;
+  int function_count() const { return static_cast<int>(functions.size()) / light_values_per_station; }
+  bool operator==(const YarnPacking&) const = default;
+};
+inline constexpr float packed_squeeze_step = 0x1p-6F;
+
 /// The content of the file.
 struct YarnData {
   std::vector<YarnCurve> curves;
@@ -100,7 +112,7 @@ struct YarnData {
   /// The same for light from below, mirrored into the upper half, with direct light where the yarn faces up:
   /// where it faces down, the cloth turned over adds that. Empty: unknown.
   std::vector<float> light_through;
-  YarnCopies copies{};  ///< that the curves were placed from; a file has these in place of nodes and light
+  YarnPacking packing{};
   bool operator==(const YarnData&) const = default;
 };
 
@@ -108,11 +120,16 @@ YarnCounts counts_of(const YarnData& data);
 
 /// The values of a file's layer `yarns`: the curves' nodes, then their stations, and so on in the order of
 /// the members of YarnCurve, then 1 with squeezes, the strands' contrast and change, the plies' sides, the
-/// lustre and the marl; x, y, z of each curve's nodes and then of its squeezes; of yarn in pieces x, y, z of
-/// their starts, shapes and squeezes, then their kinds. `indirect`: every value over all stations.
+/// lustre and the marl; x, y, z of each curve's nodes and then of its squeezes. `indirect`: every value over
+/// all stations. Of packed yarn these are whole steps from where the nodes, or the squeeze, before lead, then
+/// every value over all functions; `indirect`: every factor over all stations.
 inline constexpr int values_per_node = 3;
 inline int curve_value_count(const YarnCounts& counts) {
-  return counts.values_per_curve * counts.curves + values_per_node * counts.nodes + counts.pieces;
+  return counts.values_per_curve * counts.curves + values_per_node * counts.nodes +
+         counts.light_functions * counts.values_per_station;
+}
+inline int indirect_value_count(const YarnCounts& counts) {
+  return counts.stations * (counts.light_functions > 0 ? counts.light_functions : counts.values_per_station);
 }
 std::vector<float> curve_values(const YarnData& data);
 /// Transfer of light from above, or of light that comes `through`; empty where that is unknown.
@@ -121,10 +138,12 @@ std::vector<float> indirect_values(const YarnData& data, bool through = false);
 Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<const float> indirect,
                                    const YarnCounts& counts, const V2f& period);
 
-/// The values of `indirect` as YarnData has them; missing moments are 0.
-std::vector<float> light_from_values(std::span<const float> indirect, int stations);
+/// Values over all stations, or functions, one after the other by station; missing moments are 0.
+std::vector<float> light_from_values(std::span<const float> values, int stations);
+/// The light that the functions and factors make, as YarnData has it.
+std::vector<float> unpacked_light(const YarnPacking& packing, const std::vector<float>& factors);
 /// Sets the light that comes through from the values of that layer.
-void set_light_through(YarnData& data, std::span<const float> indirect, const V2f& period);
+void set_light_through(YarnData& data, std::span<const float> indirect);
 
 /// Counts that do not agree, values out of range or not finite, segments without length, yarn that covers the
 /// cell too often: refused, the place being "curve 3" or "node 17".

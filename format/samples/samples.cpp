@@ -81,7 +81,7 @@ void header_io(const JsonIo& text, SamplesHeader& h) {
   pairs_io(text.object(member::pairs), h);
   if (text.has_optional(names::part_yarns, h.yarns.curves > 0))
     text.object(names::part_yarns).yarn_counts(h.yarns, limits);
-  if (text.is_reading() && h.yarns.pieces > 0) text.add_issue(names::part_yarns, "are in pieces");
+  if (text.is_reading() && h.yarns.light_functions > 0) text.add_issue(names::part_yarns, "are packed");
   if (!text.is_reading())
     text.set_member(member::provenance, provenance_json(h.provenance));
   else if (const JsonIo provenance = text.member(member::provenance))

@@ -19,32 +19,40 @@ const LATER = {
 
 /**
  * Layer members and values of curves, in the order of spec/fabric.md: with 36 fields, with 37 where a curve has the member
- * `unknown`, or with the first `fields` alone; `valuesPerStation`, undefined: no such member. Curves with `pieces`, [kind,
- * start] each, in place of nodes: `kinds` has `shapes` of as many nodes each, their squeezes if any, and stations of each.
+ * `unknown`, or with the first `fields` alone; `valuesPerStation`, undefined: no such member. With `packed` nodes are
+ * rounded to its step, and functions and factors are simple numbers.
  */
-export function of_curves(curves, {texels: [w, h] = [3, 2], fields = Infinity, valuesPerStation = 145, kinds} = {}) {
-  const placed = curves.flatMap(({pieces = []}) => pieces), each = kinds?.shapes[0].length;
-  const nodes = kinds ? [...placed.map(([, start]) => start), ...kinds.shapes.flat(), ...kinds.squeezes?.flat() ?? []] :
-    curves.flatMap((curve) => [...curve.nodes, ...curve.squeezes ?? []]);
+export function of_curves(curves, {texels: [w, h] = [3, 2], fields = Infinity, valuesPerStation = 145, packed} = {}) {
+  const steps = (list, step, straight) => {
+    const whole = list.map((v) => v.map((x) => Math.round(x / step)));
+    return whole.map((v, i) => v.map((x, axis) => x - (i > 0 ? whole[i - 1][axis] : 0) -
+      (straight && i > 1 ? whole[i - 1][axis] - whole[i - 2][axis] : 0)));
+  };
+  const stored = packed ? steps : (list) => list;
+  const nodes = curves.flatMap((curve) => [...stored(curve.nodes, packed?.step, true), ...stored(curve.squeezes ?? [], 1 / 64, false)]);
   const rows = curves.map((curve) => {
-    const {nodes: own, pieces, stations, turns, radius, albedo, gloss, roughness, slope} = curve;
+    const {nodes: own, stations, turns, radius, albedo, gloss, roughness, slope} = curve;
     const later = Object.entries(LATER).flatMap(([name, plain]) => Object.values({...plain, ...curve[name], ...(name === 'squashed' && curve.squeezes ? {is: 1} : {})}).flat());
     const further = 'unknown' in curve ? [curve.unknown] : [];
-    return [kinds ? each * pieces.length : own.length, stations, ...turns, radius, ...albedo, gloss, roughness, slope, ...later, ...further].slice(0, fields);
+    return [own.length, stations, ...turns, radius, ...albedo, gloss, roughness, slope, ...later, ...further].slice(0, fields);
   });
   const by_column = (table) => table[0].flatMap((_, i) => table.map((row) => row[i]));
-  const numbers = [...by_column(rows), ...by_column(nodes), ...placed.map(([kind]) => kind)];
+  const functions = Array.from({length: (packed?.functions ?? 0) * valuesPerStation}, (_, i) => 2 ** -10 * (1 + i * 7 % 11) / (1 + i / 99));
+  const numbers = [...by_column(rows), ...by_column(nodes), ...functions], number = (channel, t) => Number(channel.split('.')[1]) * w * h + t;
   return {
     texels: [w, h], layers: LAYERS,
     yarns: {
       curves: curves.length,
       nodes: nodes.length,
-      stations: kinds ? kinds.shapes.length * kinds.stations : curves.reduce((sum, {stations}) => sum + stations, 0),
-      ...kinds && {pieces: {count: placed.length, kinds: kinds.shapes.length, nodes: each, stations: kinds.stations}},
+      stations: curves.reduce((sum, {stations}) => sum + stations, 0),
+      ...packed && {packed},
       fields: rows[0].length,
       valuesPerStation,
     },
-    value: {yarns: (level, channel, t) => numbers[Number(channel.split('.')[1]) * w * h + t]},
+    value: {
+      yarns: (level, channel, t) => numbers[number(channel, t)],
+      ...packed && {indirect: (level, channel, t) => number(channel, t) * 5 % 9 - 3},
+    },
   };
 }
 
@@ -111,21 +119,7 @@ export const squashed = {
   thickness: crossing.thickness,
 };
 
-/** A yarn along x of plies, one along y, and one that begins steeply: pieces of three kinds, joined where they bend. */
-const {nodes: _, ...weft_alone} = three, {nodes: __, ...warp_alone} = warp;
-const in_pieces = [
-  {...weft_alone, stations: 5, pieces: [[0, [0, -0.3, 0.75]], [1, [0.6, -0.32, 0.5]], [0, [1.4, -0.3, 0.45]]]},
-  {...warp_alone, stations: 3, pieces: [[1, [0.5, -0.3, 0.3]], [2, [0.55, -0.9, 0.7]]]},
-  {...weft_alone, plies: undefined, light: {sides: 1}, stations: 2, pieces: [[2, [0.2, -0.9, 0.2]]]},
-];
-const kinds = {
-  stations: 2,
-  shapes: [
-    [[0, 0, 0], [0.05, 0.02, 0.1], [0.02, 0, 0.15]], [[0, 0, 0], [0, 0.03, -0.2], [0.04, 0.02, -0.1]],
-    [[0, 0, 0], [0.1, 0.05, 0.5], [0.125, 0.1, 0.25]],
-  ],
-};
-export const pieced = {...of_curves(in_pieces, {kinds}), thickness: 1.125};
+export const packed = {...of_curves([three, warp], {packed: {functions: 3, step: 1 / 64}}), thickness: 1.125};
 
 export const yarns = [
   {name: 'yarns-straight', about: 'a straight yarn without gloss, with one station', ...of_curves([STRAIGHT])},
@@ -218,13 +212,12 @@ export const yarns = [
     about: 'curves without the fields from 18 on: no strands, no hairs, a round section',
     ...of_curves([three, two], {fields: 18, valuesPerStation: undefined}),
   },
-  {name: 'yarns-pieces', about: 'version 5.0: curves in pieces of three kinds, with and without plies', ...pieced},
+  {name: 'yarns-packed', about: 'version 5.0: packed curves with and without plies, light of three functions', ...packed},
   {
-    name: 'yarns-pieces-squashed',
-    about: 'pieces with squeezes, of which one curve has none; light in single precision',
-    ...of_curves(in_pieces.map((curve, i) => ({...curve, squashed: {is: i < 2 ? 1 : 0}})), {
-      kinds: {...kinds, squeezes: [lean.slice(0, 3), lean.slice(1, 4), lean.slice(2)]},
-    }),
+    name: 'yarns-packed-squashed',
+    about: 'packed squeezes, of which one curve has none; one function, fewer values of a station; factors in single precision',
+    ...of_curves([{...weft, squeezes: lean}, ring, {...warp, squeezes: lean.slice(0, 3)}], {valuesPerStation: 140, packed: {functions: 1, step: 0.01}}),
+    thickness: crossing.thickness,
     layers: {table: {}, opacity: {}, yarns: {}, indirect: {precision: 'float'}},
   },
   {

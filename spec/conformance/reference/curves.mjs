@@ -29,7 +29,7 @@ const MOST_COVERED = 1024, LEAST_FLATTENING = fround(0.3);
 const reflected = (a, n) => minus(a, times(n, 2 * dot(n, a) / dot(n, n)));
 const turned = (a, axis, angle) => plus(times(a, cos(angle)), cross(axis, a), sin(angle));
 
-export function curves_of(counts, number, point) {
+function curves_of(counts, number, point) {
   const {curves, nodes, fields} = counts;
   let first = 0, next = 0;
   return Array.from({length: curves}, (_, c) => {
@@ -127,15 +127,12 @@ function tangents_at(nodes) {
 /** g of squashed yarn, so far behind node i; none of round yarn. */
 const squeeze_at = ({squeezes, nodes}, i, s) => squeezes.length > 0 ? between(squeezes[i], squeezes[(i + 1) % nodes], s) : null;
 
-/** What angles about a chain, or a piece, that begins with this tangent count from. */
-export const direction_of_angles = (tangent) => unit(across(abs(tangent[2]) >= 0.9 ? [1, 0, 0] : [0, 0, 1], tangent));
-
 /** Per node of a curve, and for where it begins again: { p, tangent, across, fraction }, fraction: of the chain before it. */
-export function axis_of(curve, period) {
+function axis_of(curve, period) {
   const ways = ways_of(curve, period), n = ways.length, lengths = ways.map((way) => hypot(...way));
   const end = plus(curve.points[n - 1], ways[n - 1]), nodes = [...curve.points, end];
   const tangents = tangents_at([minus(nodes[0], ways[n - 1]), ...nodes, plus(end, ways[0])]);
-  const frames = [direction_of_angles(tangents[0])];
+  const frames = [unit(across(abs(tangents[0][2]) >= 0.9 ? [1, 0, 0] : [0, 0, 1], tangents[0]))];
   ways.forEach((way, i) => {
     const turn = minus(tangents[i + 1], reflected(tangents[i], way)), first = reflected(frames[i], way);
     frames.push(dot(turn, turn) > 0 ? reflected(first, turn) : first);
@@ -144,7 +141,6 @@ export function axis_of(curve, period) {
   for (const length of lengths) before.push(before.at(-1) + length);
   const g = atan2(dot(cross(frames[0], frames[n]), tangents[0]), dot(frames[0], frames[n]));
   curve.tangent = tangents[0];
-  curve.turned = g;
   return nodes.map((p, i) => {
     const fraction = before[i] / before[n];
     return {p, tangent: tangents[i], across: turned(frames[i], tangents[i], -g * fraction), fraction};

@@ -95,7 +95,7 @@ export function fabric_text(fabric, parts) {
   const entries = (make) => Object.fromEntries(
     used.map((name) => [name, make(fabric.layers[name], parts.find((p) => p.name === name))]));
   return {
-    version: [fabric.layers.yarns?.pieces ? 5 : 4, 0],
+    version: [fabric.layers.yarns?.packed ? 5 : 4, 0],
     texels,
     levels,
     mmPerRepeat,

@@ -1,6 +1,6 @@
 // The levels of a fabric as brdf.mjs wants them.
 import {yarns_of} from './curves.mjs';
-import {placed} from './pieces.mjs';
+import {unpacked} from './packed.mjs';
 import {
   COLOURS, LAYERS, PARAMETERS, base_count, direction_name, grid_size, level_size, pairs_at, read_layer
 } from './reader.mjs';
@@ -32,7 +32,7 @@ export function make_level(text, level, numbers) {
     opacity: null,
     light: light ? colours(light, 'light', lights) : null,
     products: null,
-    yarns: level === 0 && yarns && indirect ? yarns_of(...placed(text, {yarns, indirect})) : null,
+    yarns: level === 0 && yarns && indirect ? yarns_of(...unpacked(text, {yarns, indirect})) : null,
   };
   if (lobes) {
     const rho = rgb(lobes, 'lobes.diffuse');

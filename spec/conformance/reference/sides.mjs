@@ -1,13 +1,13 @@
 // The cloth as it is seen from one side, with the light that comes through to it (spec/brdf.md, Sides).
 import {yarns_of} from './curves.mjs';
 import {read_fabric_level} from './level.mjs';
-import {flat, placed, spread} from './pieces.mjs';
+import {flat, spread, unpacked} from './packed.mjs';
 import {ANGLES, LIGHTS, read_layer, TRANSFER_VALUES} from './reader.mjs';
 
 /** The yarn turned over; `light_through` are the numbers of through.indirect, or null. */
 function turned_yarns(given, light_through) {
-  const yarns = read_layer(given, 'yarns', 0), [fabric, own] = placed(given, {yarns, indirect: read_layer(given, 'indirect', 0)});
-  const through = light_through && placed(given, {yarns, indirect: light_through})[1].indirect;
+  const yarns = read_layer(given, 'yarns', 0), [fabric, own] = unpacked(given, {yarns, indirect: read_layer(given, 'indirect', 0)});
+  const through = light_through && unpacked(given, {yarns, indirect: light_through})[1].indirect;
   const {stations, valuesPerStation = 0} = fabric.layers.yarns, texels = fabric.texels[0] * fabric.texels[1];
   const over = yarns_of(fabric, own, true);
   const turned = (numbers) => {

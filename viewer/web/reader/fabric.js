@@ -12,7 +12,7 @@ import {
 } from './layers.js';
 import {xxh3_128} from './xxh3.js';
 
-/** Major versions that are read; files whose yarn is in pieces have the second. */
+/** Major versions that are read; files of packed yarn have the second. */
 export const VERSIONS = [4, 5];
 export const LIMITS = {
   texels: 4096, directions: 4096, lobes: 16, products: 256, functions: 256, curves: 2 ** 16, nodes: 2 ** 20,
@@ -78,10 +78,7 @@ const are_pairs = (levels) => (lists) => Array.isArray(lists) && (levels === nul
 const are_functions = (x) =>
   is_object(x) && in_range(0, LIMITS.functions)(x.views) && in_range(1, LIMITS.functions)(x.lights);
 
-/** Whether the members of pieces are good, and make the numbers of nodes and stations of the layer. */
-const are_pieces = ({nodes, stations}) => (x) => is_object(x) && in_range(1, LIMITS.stations)(x.stations) &&
-  ['count', 'kinds', 'nodes'].every((name) => in_range(1, LIMITS.nodes)(x[name])) && stations === x.kinds * x.stations &&
-  [1, 2].some((vectors) => nodes === x.count + vectors * x.kinds * x.nodes);
+const is_packing = (x) => is_object(x) && in_range(1, LIMITS.functions)(x.functions) && is_positive(x.step);
 
 /** Members of layers besides levels and optional; `levels`: the number of the layer's levels, null if that is unknown. */
 const OWN_MEMBERS = {
@@ -91,7 +88,7 @@ const OWN_MEMBERS = {
   yarns: (_, layer) =>
     [['curves', ...integer(1, LIMITS.curves)], ['nodes', ...integer(2, LIMITS.nodes)],
      ['stations', ...integer(1, LIMITS.stations)], ['fields', ...integer(11, LIMITS.fields)],
-     ...Object.hasOwn(layer, 'pieces') ? [['pieces', are_pieces(layer), 'the numbers of its nodes and stations']] : [],
+     ...Object.hasOwn(layer, 'packed') ? [['packed', is_packing, 'a number of functions and a step']] : [],
      ...Object.hasOwn(layer, 'valuesPerStation') ? [['valuesPerStation', ...integer(TRANSFER_VALUES, LIMITS.values)]] : []],
 };
 

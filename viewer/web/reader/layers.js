@@ -31,13 +31,14 @@ export const ANGLES = 5, LIGHTS = 9;
 export const TRANSFER_VALUES = 3 * ANGLES * LIGHTS;
 
 /**
- * How many numbers a spread layer has; of yarns the fields of all curves one after the other, then x, y and z of nodes,
- * then the kinds of pieces.
+ * How many numbers a spread layer has; of yarns the fields of all curves one after the other, then x, y and z of nodes;
+ * of packed ones then functions, whose factors are the light.
  */
 function spread_count(layer, text) {
   if (layer === 'bases') return base_count(text).all;
-  const {curves, nodes, fields, stations, valuesPerStation = TRANSFER_VALUES, pieces} = text.layers.yarns;
-  return layer === 'yarns' ? fields * curves + 3 * nodes + (pieces?.count ?? 0) : valuesPerStation * stations;
+  const {curves, nodes, fields, stations, valuesPerStation = TRANSFER_VALUES, packed} = text.layers.yarns;
+  if (layer === 'yarns') return fields * curves + 3 * nodes + (packed?.functions ?? 0) * valuesPerStation;
+  return (packed?.functions ?? valuesPerStation) * stations;
 }
 
 /** Whether a layer's part has a number of channels that depends on the grid of views, or of lights. */

@@ -1,7 +1,7 @@
 // Faults in the layers of yarn.
 import {pack_values} from '../../reference/exr_write.mjs';
 import {part_of} from '../make.mjs';
-import {of_curves, pieced} from '../yarns.mjs';
+import {of_curves, packed} from '../yarns.mjs';
 import {all, ask, base, broken, lobe, members_of, others, set} from './common.mjs';
 
 const curve = {
@@ -137,15 +137,8 @@ const others_of_yarn = [
     [field(0), 2]),
 ];
 
-/** Numbers of pieces, and kinds behind the fields of 3 curves and 15 vectors. */
-const in_pieces = {...base, ...pieced, value: {...pieced.value, lobes: lobe({rho: 0.1})}};
-const pieces = [
-  ...[['count', 7], ['kinds', 2], ['nodes', 0], ['stations', 3]].map(([name, number]) => broken(
-    'FABRIC_MEMBER', `pieces-${name}`, `pieces whose ${name} do not make the layer's numbers`, `${YARNS}/pieces`,
-    {text: set(`${YARNS}/pieces/${name}`, number), ...others}, in_pieces)),
-  ...[[1, 3], [2, 0.5]].map(([piece, kind]) => malformed(
-    in_pieces, `kind-${piece}`, `a piece of kind ${kind}`, `yarns/piece ${piece}`, [36 * 3 + 3 * 15 + piece, kind])),
-  malformed(in_pieces, 'half-a-piece', 'a curve that ends in a piece', 'yarns/curve 1', [1, 5]),
-];
+const packing = [['functions', 0], ['functions', 257], ['step', 0], ['step', 'fine']].map(([name, value]) => broken(
+  'FABRIC_MEMBER', `packed-${name}-${value}`, `packed yarn whose ${name} is ${value}`, `${YARNS}/packed`,
+  {text: set(`${YARNS}/packed/${name}`, value), ...others}, {...base, ...packed, value: {...packed.value, lobes: lobe({rho: 0.1})}}));
 
-export const broken_yarns = [...members, ...channels, ...not_finite, ...fields, ...others_of_yarn, ...pieces];
+export const broken_yarns = [...members, ...channels, ...not_finite, ...fields, ...others_of_yarn, ...packing];
