@@ -23,10 +23,13 @@ namespace {
 constexpr std::array<double, all_sides.size()> budget_weights{1, 0.5, 0.4, 0.4};
 /// Bytes of a side's parts and members beside its values, about.
 constexpr double overhead_of_side = 4500;
-/// Bytes of a file of standard quality without its yarn, for these texels or fewer; in proportion for more.
+/// Bytes of a file of standard quality without its yarn, for these texels or fewer. More texels have fewer
+/// bytes each: they are stitches of a chart, which is seen as yarn where level 0 would be.
 constexpr double standard_bytes = 22 << 10;
 constexpr double standard_texels = 64;
-double growth_of(const SamplesHeader& header) { return std::max(header.texels() / standard_texels, 1.0); }
+double growth_of(const SamplesHeader& header) {
+  return std::pow(std::max(header.texels() / standard_texels, 1.0), 2.0 / 3);
+}
 
 /// A fabric of these sides, the front first.
 Fabric joined(const std::vector<Fabric>& sides, const std::shared_ptr<const Yarns>& yarns) {
