@@ -283,8 +283,10 @@ Result<double> minimum_clearance(const StitchPattern& pattern, const std::string
             wrapped - V3d(entry.shift_x * surface.period_.x, entry.shift_y * surface.period_.y, 0);
         const double radii = a.radius + b.radius;
         if (chord_distance(local, b.span.start, b.span.end) - b.span.sag - radii >= smallest) continue;
+        const V2i shift = V2i(entry.shift_x, entry.shift_y) + cell;
+        if (adjacent(a, ta, b, b.span.t0, shift) && adjacent(a, ta, b, b.span.t1, shift)) continue;
         const double tb = b.nearest_to(local);
-        if (adjacent(a, ta, b, tb, V2i(entry.shift_x, entry.shift_y) + cell)) continue;
+        if (adjacent(a, ta, b, tb, shift)) continue;
         const V3d apart = local - point_at(b.segment, tb);
         if (apart.length2() == 0 || !(a.flat() || b.flat())) {
           smallest = std::min(smallest, apart.length() - radii);

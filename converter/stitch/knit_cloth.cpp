@@ -108,6 +108,8 @@ KnitCloth::KnitCloth(const DrawnKnit& knit, double gap_radii, const std::vector<
   squeezes_.resize(count, V3d(0));
   strains_.resize(count, Imath::M33d(0.0));
   gradient_.points.resize(count);
+  pieces_.resize(count);
+  walked_.resize(count, 0);
   set_lengths();
 }
 
@@ -189,7 +191,7 @@ void KnitCloth::set_lengths() {
 void KnitCloth::slide() {
   for (Chain& chain : chains_) {
     const std::size_t count = chain.parts.size();
-    std::vector<double> tensions(count), taken(count, 0), last;
+    std::vector<double> tensions(count), stiffness(count), taken(count, 0), last;
     double row = 0;
     for (std::size_t p = 0; p < count; ++p) {
       const Part& part = chain.parts[p];
@@ -197,16 +199,17 @@ void KnitCloth::slide() {
       for (std::uint32_t i = part.begin; i < part.end; ++i) length += length_of(along(i));
       const double rest = lengths_[part.begin] * (part.end - part.begin);
       row += rest;
-      tensions[p] = stiffness_ * stretch_stiffness * (length / rest - 1);
+      stiffness[p] = stretch_stiffness / rest;
+      tensions[p] = stiffness[p] * (length - rest);
     }
-    const double mean = row / static_cast<double>(count);
+    const double rubbing = friction * static_cast<double>(count) / row;
     for (int sweep = 0; sweep < sliding_sweeps; ++sweep) {
       last = taken;
       for (std::size_t p = 0; p < count; ++p) {
         const std::size_t next = p + 1 < count ? p + 1 : 0;
-        const double slope = (tensions[p] - tensions[next]) * mean - friction * chain.parts[p].slid;
-        taken[p] = (slope + stretch_stiffness * (last[next] + last[p > 0 ? p - 1 : count - 1])) /
-                   (friction + 2 * stretch_stiffness);
+        const double slope = tensions[p] - tensions[next] - rubbing * chain.parts[p].slid;
+        taken[p] = (slope + stiffness[next] * last[next] + stiffness[p] * last[p > 0 ? p - 1 : count - 1]) /
+                   (rubbing + stiffness[next] + stiffness[p]);
       }
     }
     for (std::size_t p = 0; p < count; ++p) chain.parts[p].slid += taken[p];

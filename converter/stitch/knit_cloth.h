@@ -85,6 +85,7 @@ class KnitCloth {
   struct Pair {
     std::uint32_t a, b;
     std::int16_t x, y;
+    float apart_until = 0;  ///< mm that both have walked, until which they cannot touch
   };
   struct Contact {
     std::uint32_t a, b;
@@ -165,7 +166,8 @@ class KnitCloth {
   std::vector<V3d> squeezes_;
   std::vector<Imath::M33d> strains_;  ///< logarithms of stretches across soft yarn, without trace
   std::vector<std::uint32_t> next_, chain_of_;
-  std::vector<Piece> pieces_;  ///< of visit_contacts()
+  std::vector<Piece> pieces_;   ///< of visit_contacts()
+  std::vector<double> walked_;  ///< mm, of pieces, and by which they have grown
   std::vector<Pair> pairs_;
   double unit_ = 0;                            ///< radius of the thickest yarn, mm
   double grown_ = 1, swollen_ = 0, thin_ = 1;  ///< fractions of the radius; 0: a round core, 1: its section

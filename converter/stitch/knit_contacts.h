@@ -18,31 +18,46 @@ constexpr double contact_stiffness = 4;
 constexpr double free_height = 3.3;
 /// Pairs within this many radii of touching are kept in a list.
 constexpr double search_margin = 2;
+/// What rounding may take of the distance at which pairs need no look, in radii.
+constexpr double apart_margin = 1e-3;
 
 template <class Visit>
 void KnitCloth::visit_contacts(const Visit& visit, double margin) {
-  pieces_.resize(points_.size());
   for (std::uint32_t i = 0; i < points_.size(); ++i) {
     const V3d d = along(i);
-    pieces_[i] = {d, points_[i] + d * 0.5, reaches_[i] + 0.55 * lengths_[i]};
+    const Piece piece{d, points_[i] + d * 0.5, reaches_[i] + gap_ * radii_[i]};
+    const Piece& last = pieces_[i];
+    walked_[i] += std::sqrt((piece.middle - last.middle).length2()) +
+                  0.5 * std::sqrt((d - last.along).length2()) + std::max(0.0, piece.reach - last.reach);
+    pieces_[i] = piece;
   }
-  for (const Pair& pair : pairs_) {
+  for (Pair& pair : pairs_) {
     const std::uint32_t a = pair.a;
     const std::uint32_t b = pair.b;
-    const double gap = gap_ * std::max(radii_[a], radii_[b]) + margin;
+    const double walked = walked_[a] + walked_[b] + margin + apart_margin * unit_;
+    if (walked < pair.apart_until) continue;
+    // Between repeats, their size counts, too.
+    const auto skip = [&](double apart) {
+      if (pair.x == 0 && pair.y == 0) pair.apart_until = static_cast<float>(walked + apart);
+    };
     const V3d shift(pair.x * period_.x, pair.y * period_.y, 0);
     const Piece& one = pieces_[a];
     const Piece& other = pieces_[b];
-    const double near = one.reach + other.reach + gap;
-    const V3d between = one.middle - other.middle - shift;
-    if (between.length2() > near * near) continue;
+    const double gap = gap_ * std::max(radii_[a], radii_[b]) + margin;
     const double far = reaches_[a] + reaches_[b] + gap;
+    const double near = far + 0.55 * (lengths_[a] + lengths_[b]);
+    const V3d between = one.middle - other.middle - shift;
+    if (between.length2() > near * near) {
+      skip(std::sqrt(between.length2()) - near - 2 * apart_margin * unit_);
+      continue;
+    }
     const V3d& u = one.along;
     const V3d& v = other.along;
     const V3d w = between + (v - u) * 0.5;
     const auto [s, t] = nearest_of(w, u, v);
     const V3d apart = w + u * s - v * t;
     const double distance = std::sqrt(apart.length2());
+    if (distance >= far) skip(distance - far - 2 * apart_margin * unit_);
     if (distance >= far || distance == 0) continue;
     const V3d n = apart / distance;
     V3d slope(0);
