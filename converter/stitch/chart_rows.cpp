@@ -12,50 +12,18 @@
 
 #include "converter/stitch/chart.h"
 #include "converter/stitch/chart_stitches.h"
+#include "converter/stitch/chart_words.h"
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 
 namespace selvedge {
 namespace {
 
-using Words = std::set<std::string_view>;
-
-/// Words as they are read, and those that are not.
-const std::map<std::string_view, std::string_view> synonyms{
-    {"knit", "k"},       {"purl", "p"},       {"slip", "sl"},       {"stitch", "sts"},    {"stitches", "sts"},
-    {"st", "sts"},       {"together", "tog"}, {"repeat", "rep"},    {"rows", "row"},      {"rnds", "rnd"},
-    {"round", "rnd"},    {"rounds", "rnd"},   {"right", "rs"},      {"wrong", "ws"},      {"through", "to"},
-    {"until", "to"},     {"across", "to"},    {"around", "to"},     {"final", "last"},    {"every", "all"},
-    {"alt", "all"},      {"other", "all"},    {"into", "in"},       {"alternate", "all"}, {"time", "times"},
-    {"yf", "wyif"},      {"front", "wyif"},   {"yb", "wyib"},       {"back", "wyib"},     {"once", "1times"},
-    {"twice", "2times"}, {"one", "1"},        {"two", "2"},         {"three", "3"},       {"four", "4"},
-    {"five", "5"},       {"six", "6"},        {"p2sso", "pssotwo"}, {"pass", "psso"}};
-const Words fillers{"and",  "then",   "of",       "side",     "sides",  "numbered", "following",
-                    "foll", "rem",    "remain",   "left",     "before", "end",      "ending",
-                    "edge", "with",   "using",    "change",   "join",   "color",    "colour",
-                    "yarn", "turn",   "bring",    "purlwise", "pwise",  "for",      "same",
-                    "more", "within", "knitwise", "kwise",    "from",   "between",  "remaining"};
-
 /// Words of shaped pieces.
 const Words shaping{"bo",       "co",       "bind", "cast",  "inc",    "dec",
                     "increase", "decrease", "each", "shape", "shaping"};
 
 constexpr int max_brackets = 8;  ///< in each other
-constexpr int max_row_number = 1'000'000;
-
-/// A word or a mark; semicolons and full stops are commas.
-struct Token {
-  std::string word;  ///< as it is read, without its count
-  std::string text;  ///< as it is written
-  int count = 0;     ///< "k2", "k 2"; 0: none, -1: out of range
-  int line = 0;
-};
-using Tokens = std::vector<Token>;
-
-bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
-bool is_letter(const std::string& word) {
-  return word.size() == 1 && std::isalpha(static_cast<unsigned char>(word[0])) != 0;
-}
 
 bool is_yarn(const Token& token) {
   return (is_letter(token.word) || token.word == "mc" || token.word.starts_with("cc")) && token.count == 0;
@@ -63,84 +31,6 @@ bool is_yarn(const Token& token) {
 /// The name of a yarn; case matters for letters.
 std::string name_of(const Token& token) {
   return is_letter(token.word) ? token.text.substr(0, 1) : token.word;
-}
-
-/// "3" or "3rd".
-std::optional<int> number_of(const Token& token) {
-  static const Words endings{"", "st", "nd", "rd", "th"};
-  const std::string_view word = token.word;
-  const std::size_t digits = std::min(word.find_first_not_of("0123456789"), word.size());
-  return endings.contains(word.substr(digits)) ? parse_count(word.substr(0, digits), max_row_number)
-                                               : std::nullopt;
-}
-
-void add_word(std::string word, const std::string& text, int line, Tokens& tokens) {
-  if (const auto other = synonyms.find(word); other != synonyms.end()) word = other->second;
-  if (fillers.contains(word)) return;
-  if (word.size() > 1 && word.find_first_not_of("0123456789") + 1 == word.size() && word.ends_with('x'))
-    word.replace(word.size() - 1, 1, "times");
-  // "sl1-k1-psso", "m1-l", "k1tbl".
-  std::string joined = word;
-  std::erase(joined, '-');
-  const bool is_whole =
-      find_stitch_item(joined) || word.find('/') != std::string::npos || word.starts_with("cc");
-  const std::size_t digits = std::min(word.find_first_of("0123456789"), word.size());
-  const std::size_t rest = std::min(word.find_first_not_of("0123456789", digits), word.size());
-  const std::size_t dash = is_whole || word.size() == 1 ? std::string::npos : word.find('-');
-  const auto count_of = [&](const std::string& number) {
-    return parse_count(number, max_chart_stitches).value_or(-1);
-  };
-  if (dash != std::string::npos) {
-    if (dash > 0) add_word(word.substr(0, dash), text, line, tokens);
-    add_word("-", text, line, tokens);
-    if (dash + 1 < word.size()) add_word(word.substr(dash + 1), text, line, tokens);
-    return;
-  }
-  if (!is_whole && rest > digits && rest + 1 != word.size() && (digits > 0 || word.ends_with("times"))) {
-    add_word(word.substr(0, digits == 0 ? rest : digits), text, line, tokens);
-    if (digits > 0) tokens.back().count = count_of(word.substr(digits, rest - digits));
-    if (rest < word.size()) add_word(word.substr(rest), text, line, tokens);
-    return;
-  }
-  Token* last = tokens.empty() ? nullptr : &tokens.back();
-  if (last != nullptr && word == "-" && !number_of(*last)) return;
-  if (last != nullptr && word == "tog" && last->word == "sl") return;
-  if (last != nullptr && (word == "tog" || word == "tbl")) {
-    last->word += word == "tbl" ? word : fmt::format("{}tog", std::max(std::exchange(last->count, 0), 1));
-  } else if (last != nullptr && last->word.find('/') != std::string::npos && is_digit(last->word.back())) {
-    last->word += word;
-  } else if (last != nullptr && last->count == 0 && find_stitch_item(last->word) && is_digit(word[0]) &&
-             word.find_first_not_of("0123456789") == std::string::npos) {
-    last->count = count_of(word);
-    last->text += " " + word;
-  } else {
-    tokens.push_back({is_whole ? joined : word, text, 0, line});
-  }
-}
-
-Tokens tokens_of(const TextLine& line) {
-  std::string plain = line.text;
-  for (const char* dash : {"\xe2\x80\x93", "\xe2\x80\x94", "\xe2\x88\x92"})
-    for (std::size_t i = 0; (i = plain.find(dash)) != std::string::npos;) plain.replace(i, 3, "-");
-  for (std::size_t i = 0; (i = plain.find("\xc3\x97")) != std::string::npos;) plain.replace(i, 2, "x");
-  Tokens tokens;
-  const std::string marks = ",;.:()[]{}*&";
-  for (std::size_t i = 0; (i = plain.find_first_not_of(" \t", i)) != std::string::npos;) {
-    const std::size_t end = std::min(plain.find_first_of(" \t" + marks, i), plain.size());
-    const std::string text = plain.substr(i, std::max<std::size_t>(end - i, 1));
-    i += text.size();
-    if (end + text.size() > i) {
-      add_word(lower_case(text), text, line.number, tokens);
-    } else if (text != "*" || tokens.empty() || tokens.back().word != "*") {  // "**" is a star as any other
-      const std::size_t mark = std::string(";.{}").find(text);
-      tokens.push_back({mark < 4 ? std::string(1, ",,()"[mark]) : text, text, 0, line.number});
-    }
-  }
-  return tokens;
-}
-
-bool is_word_at(const Tokens& tokens, std::size_t i, const Words& words) {
-  return i < tokens.size() && words.contains(tokens[i].word);
 }
 
 bool begins_stitches(const Token& token) {
@@ -394,6 +284,7 @@ class Parser {
       } else if (!take({"-", "rs", "ws", "next", "row", "in", "sts", "the"}) && !take_shown(parts) &&
                  !take_stitch(parts) && !take_yarn(parts)) {
         if (is_word(shaping)) refuse(shaped_piece_message);
+        if (const auto advice = advice_for(tokens_[next_].word); !advice.empty()) refuse(std::string(advice));
         if (number_of(tokens_[next_]))
           refuse("counts nothing: a count is behind its stitch, or before \"times\"");
         refuse_line(tokens_[next_].line, fmt::format("there is no stitch \"{}\" (there are {})",
@@ -413,6 +304,27 @@ class Parser {
   bool is_joined_ = false;  ///< no comma since the last part
   bool is_bare_ = false;    ///< the last stitch is a word alone
 };
+
+/// Takes "in St st" for "k", and tells what its rows show: 's', 'r', reversed, or 'g', garter; 0: another
+/// row.
+char take_plain(Tokens& body) {
+  char kind = 0;
+  int sts = 0;
+  for (const Token& token : body) {
+    const std::string& word = token.word;
+    if (word == "sts") ++sts;
+    if (word == "garter") kind = 'g';
+    if (word == "rev" || word == "reverse") kind = 'r';
+    if (kind == 0 && (word.starts_with("stockin") || word == "stocking" || (sts == 2 && word == "sts")))
+      kind = 's';
+    if (!Words{"sts", "garter", "rev", "reverse", "stockinette", "stockinet", "stocking", "work", "continue",
+               "cont", "even", "in", ","}
+             .contains(word))
+      return 0;
+  }
+  if (kind != 0) body = {{"k", body.front().text, 0, body.front().line}};
+  return kind;
+}
 
 class Reader {
  public:
@@ -547,6 +459,7 @@ class Reader {
     body.resize(begin);
     const bool states_yarn = !body.empty();
     if (states_yarn) {
+      row.plain = is_chart_ ? '\0' : take_plain(body);
       Parser parser(std::move(body), is_chart_, find_yarn_, yarn_);
       row.parts = parser.row();
       yarn_ = parser.yarn();
@@ -558,6 +471,7 @@ class Reader {
         if (!rows_.contains(source))
           refuse_line(line_, fmt::format("row {} repeats row {}, which is not above it", row.number, source));
         row.parts = rows_.at(source).parts;
+        row.plain = rows_.at(source).plain;
         for (RowPart& part : row.parts)
           if (states_yarn) set_part_yarn(part, yarn_);
       }
@@ -602,6 +516,11 @@ class Reader {
       row.number += count;
       row.side = row.side == 'w' ? 'r' : 'w';
       rows_.emplace(row.number, std::move(row));
+    }
+    for (auto& [number, row] : rows_) {
+      const bool turns =
+          row.plain == 'g' ? row.side == 'o' && number % 2 == 0 : (row.side == 'w') == (row.plain == 's');
+      if (row.plain != 0 && turns) row.parts.front().item.chart_stitch.purl = true;
     }
     const auto [begin, end] = repeated_;
     if (begin <= rows_.begin()->first || end != rows_.rbegin()->first || begin > end) return;

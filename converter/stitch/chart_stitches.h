@@ -71,7 +71,8 @@ void set_part_yarn(RowPart& part, std::size_t yarn);
 struct WrittenRow {
   int number = 0;
   int line = 0;
-  char side = 0;  ///< 'f': a chart's, from left to right; 'r', 'w': worked on that side; 'o': in rounds
+  char side = 0;   ///< 'f': a chart's, from left to right; 'r', 'w': worked on that side; 'o': in rounds
+  char plain = 0;  ///< 's', 'r', 'g': in stockinette, reversed, or garter stitch, whatever its side
   RowParts parts{};
   std::vector<std::size_t> yarns{};  ///< "[A3 B]": of each stitch, or one of all; empty: of the parts
   int fixed_loops = 0;               ///< loops without the part that is repeated

@@ -227,6 +227,10 @@ TEST_CASE("rows and yarns that do not fit are refused with their line and word")
       {"Row 1: k2\nRow 2: as row 3", "line 2: row 2 repeats row 3, which is not above it"},
       {"Row 1: work sts as they appear", "line 1: row 1 shows what no row below it has"},
       {"Row 1: k1, psso", "line 1: \"psso\" passes no slipped stitch over"},
+      {"Row 1: K1b", "line 1: \"K1b\" is \"k tbl\" (p tbl) in some patterns, \"tuck\""},
+      {"Row 1: (k-b, p1)", "line 1: \"k-b\" is \"k tbl\""},
+      {"Row 1: sl 3 to cn, hold in front, p1, p3 from cn", "line 1: \"cn\" crosses no cable that is drawn: "},
+      {"Row 1: k\nRow 2: continue in pattern", "line 2: \"continue\" does not say which rows: \"Rows 5-8: "},
       {"Row 1: (k2, p2", "line 1: a bracket is not closed"},
       {"Row 1: K1000000", "line 1: \"K1000000\" has no count from 1 to 16384"},
       {std::string("Row 1: ") + std::string(99, '('), "line 1: \"(\" is in too many brackets"}};
@@ -315,6 +319,16 @@ TEST_CASE("written instructions are read as they are worked, and their repeat is
       {"Row 1: sl2 tog knitwise, k1, p2sso, yo, k1, yo\nRow 2: purl", "o k o k0,1,-1 | k k k k"},
       {"Rnd 1: 2/1 RPC, p1\nRnd 2-4: k", "p p2- k-1+ k-1+ | k k k k | k k k k | k k k k"},
       {"Rnd 1: *T3F, P1; rep from *\nRnds 2-4: k", "p k1+ k1+ p-2- | k k k k | k k k k | k k k k"},
+      // Cables that are spelled out.
+      {"Rnd 1: Sl 1 to cn, hold in front, k1, k1 from cn\nRnd 2: knit", "k1+ k-1- | k k"},
+      {"Rnd 1: *slip next 2 sts onto cable needle and hold at back of work, k2, then p2 from cable needle; "
+       "rep "
+       "from *\nRnds 2-4: k",
+       "p2- p2- k-2+ k-2+ | k k k k | k k k k | k k k k"},
+      {"Row 1 (RS): k, p\nRows 2-3: Work in St st\nRow 4: continue in reverse stockinette stitch.",
+       "p k | k k | k k | p p"},
+      {"All WS rows: purl\nRow 1: k\nRows 3 and 4: in garter st", "k | k | k | p"},
+      {"Row 1: *K1, p1; repeat between *s to end\nRow 2: **P1, k1; rep from ** to end", "p k | k p"},
       // Cables that go around the edge of the repeat.
       {"Rnd 1: *c4f*\nRnd 2 and 3: K\nRnd 4: k2, *c4f; rep from * to last 2 sts, k2\nRnds 5-6: rep rnds 2-3",
        "k2+ k2+ k-2- k-2- | k k k k | k k k k | k-2- k-2- k2+ k2+ | k k k k | k k k k"}};
