@@ -1,9 +1,12 @@
-// Images of what lies in the middle of the picture come first: of one mesh, patch by patch, and of several.
+// Images of what lies in the middle of the picture come first: of one mesh, patch by patch, and of several. Triangles are drawn from
+// far to near where they have holes, from near to far where they have none.
 //
 //   node order.mjs PACKAGE_FOLDER KIT_FOLDER
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
+import { Bone, BoxGeometry, Float32BufferAttribute, Mesh, PerspectiveCamera, Skeleton, SkinnedMesh, Uint16BufferAttribute } from '../node/node_modules/three/build/three.module.js';
+import { with_three } from './with_three.mjs';
 
 const [package_folder, kit] = process.argv.slice(2).map((path) => resolve(path));
 const { CellModule } = await import(join(package_folder, 'cells.js')), { CellWorker } = await import(join(package_folder, 'cell_worker.js'));
@@ -80,3 +83,56 @@ const fine = of(numbers.beside).findIndex(({ missing, at_rest }) => missing === 
 const changed = of(numbers.beside).find(({ entries }) => entries.some((entry, i) => entry !== first.entries[i]));
 assert.ok(messages.indexOf(of(numbers.middle).find(({ at_rest }) => at_rest)) < messages.indexOf(changed), 'the middle comes later');
 console.log(`${changes.length} patches of a sheet, ${messages.length} messages of two`);
+
+const { draw_once, sort_triangles } = await with_three(join(package_folder, 'three/order.js'));
+const shape = new BoxGeometry(1, 1, 1, 16, 16, 16);
+shape.clearGroups();
+const skin = new SkinnedMesh(shape.clone()), viewer = new PerspectiveCamera(), corners = shape.index.array;
+const { position } = shape.attributes, bone = new Bone();
+skin.geometry.setAttribute('skinIndex', new Uint16BufferAttribute(Array(4 * position.count).fill(0), 4));
+skin.geometry.setAttribute('skinWeight', new Float32BufferAttribute(Array.from({ length: position.count }, () => [1, 0, 0, 0]).flat(), 4));
+skin.add(bone);
+skin.bind(new Skeleton([bone]));
+/** The triangles that are drawn; null: as they are. */
+function drawn(mesh, transparent) {
+  mesh.updateMatrixWorld();
+  mesh.skeleton?.update();
+  viewer.position.set(0, 0, 3);
+  viewer.updateMatrixWorld();
+  if (!sort_triangles(mesh, mesh.geometry, viewer, { transparent })) return null;
+  const { index } = mesh.geometry;
+  draw_once(mesh, mesh.geometry, Infinity);
+  const sorted = mesh.geometry.index;
+  mesh.onAfterRender();
+  assert.equal(mesh.geometry.index, index);
+  return sorted;
+}
+/** By how much triangles lie out of order, of a cube of 1: those of a cluster stay together. */
+function disorder(mesh, { array }, transparent) {
+  const depths = Array.from({ length: array.length / 3 }, (_, t) => [0, 1, 2].reduce((sum, k) => sum + mesh.getVertexPosition(array[3 * t + k], viewer.position.clone()).applyMatrix4(mesh.matrixWorld).z / 3, 0) * (transparent ? 1 : -1));
+  let far = -Infinity;
+  return depths.reduce((worst, depth) => Math.max(worst, (far = Math.max(far, depth)) - depth), 0);
+}
+for (const transparent of [true, false]) {
+  for (const mesh of [new Mesh(shape.clone()), skin]) {
+    const { geometry } = mesh, first = drawn(mesh, transparent), { version } = first, turned = (angle) => (mesh.isSkinnedMesh ? bone : mesh).rotation.set(0, angle, 0);
+    assert.ok(disorder(mesh, first, transparent) < 0.5);
+    assert.deepEqual(first.array.slice().sort(), corners.slice().sort());
+    turned(0.3);
+    assert.equal(drawn(mesh, transparent), first);
+    assert.equal(first.version, version + (transparent ? 1 : 0));
+    turned(Math.PI);
+    assert.ok(disorder(mesh, drawn(mesh, transparent), transparent) < 0.5);
+    assert.equal(first.version, version + (transparent ? 2 : 1));
+    // Other triangles, in another list and in the same one.
+    geometry.setIndex([...corners.slice(0, 60)]);
+    assert.equal(drawn(mesh, transparent).count, 60);
+    geometry.index.array.set(corners.slice(60, 120));
+    geometry.index.needsUpdate = true;
+    assert.deepEqual(drawn(mesh, transparent).array.slice().sort(), Uint16Array.from(corners.slice(60, 120)).sort());
+    geometry.setDrawRange(3, Infinity);
+    assert.equal(drawn(mesh, transparent), null);
+    Object.assign(geometry.setIndex([...corners]), { drawRange: { start: 0, count: Infinity } });
+    turned(0);
+  }
+}

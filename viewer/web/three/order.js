@@ -6,6 +6,8 @@ import {BufferAttribute, DynamicDrawUsage, Frustum, Matrix4, Vector3, Vector4} f
 const PLACES = 2 ** 12;
 /** Triangles that stay together, each with a vertex of one before it: vertices that they share are shaded once. */
 const CLUSTER = 8;
+/** Cosine of the turn of a view after which what has no holes is sorted again. */
+const TURNED = 0.8;
 /** Depths that surfaces beside each other are drawn in turns for. */
 const SLABS = 32;
 /** The group of triangles of a surface that was drawn with another one. */
@@ -14,8 +16,8 @@ const surfaces = new WeakMap();
 const to_view = new Matrix4(), to_clip = new Matrix4(), of_bone = new Matrix4(), place = new Vector4(), corner = new Vector3(), origin = new Vector3();
 const frustum = new Frustum();
 
-/** What of a geometry stays: the corners of its clusters, a sphere around each, and the bone that moves it most. */
-function surface_of({index, attributes: {position, skinIndex, skinWeight}}) {
+/** What of a geometry stays while it is `made_of` the same: the corners of its clusters, a sphere around each, and the bone that moves it most. */
+function surface_of({index, attributes: {position, skinIndex, skinWeight}}, made_of) {
   const count = index ? index.count : position.count, triangles = Math.floor(count / 3), firsts = [];
   const corners = Uint32Array.from({length: 3 * triangles}, (_, i) => index ? index.getX(i) : i);
   for (let at = 0, first = 0; at < corners.length; at += 3) {
@@ -38,8 +40,8 @@ function surface_of({index, attributes: {position, skinIndex, skinWeight}}) {
   }
   const sorted = new BufferAttribute(new (position.count < 2 ** 16 - 1 ? Uint16Array : Uint32Array)(corners.length), 1);
   return {
-    position, version: position.version, corners, firsts: Uint32Array.from(firsts), spheres, bones, sorted: sorted.setUsage(DynamicDrawUsage),
-    seen: new Uint32Array(n), depths: new Float32Array(n), ends: new Uint32Array(PLACES + 1), last: '', count: 0
+    made_of, corners, firsts: Uint32Array.from(firsts), spheres, bones, sorted: sorted.setUsage(DynamicDrawUsage),
+    seen: new Uint32Array(n), depths: new Float32Array(n), ends: new Uint32Array(PLACES + 1), last: origin, count: 0
   };
 }
 
@@ -61,17 +63,15 @@ function depth_rows(object, camera) {
  * instances and groups of triangles are not sorted.
  */
 export function sort_triangles(object, geometry, camera, {displacementMap, transparent}) {
-  const {position} = geometry.attributes;
-  if (object.isInstancedMesh || object.isBatchedMesh || geometry.groups.length > 0 || geometry.drawRange.count !== Infinity)
-    return false;
+  const {index, attributes: {position}, groups, drawRange: {start, count}} = geometry;
+  if (object.isInstancedMesh || object.isBatchedMesh || groups.length > 0 || start > 0 || count !== Infinity) return false;
+  const made_of = [position, index, index?.version, transparent && position.version];
   let surface = surfaces.get(geometry);
-  if (surface?.position !== position || (transparent && surface.version !== position.version))
-    surfaces.set(geometry, surface = surface_of(geometry));
+  if (made_of.some((part, i) => part !== surface?.made_of[i])) surfaces.set(geometry, surface = surface_of(geometry, made_of));
   const {corners, firsts, spheres, bones, sorted, seen, depths, ends} = surface, rows = depth_rows(object, camera), to = sorted.array;
-  // Without holes any order shows the same: another one where the view has turned far.
-  const directions = () => rows.map(([x, y, z]) => [x, y, z].map((part) => Math.round(2 * part / Math.hypot(x, y, z))));
-  const now = transparent ? `${rows} ${to_clip.elements}` : `${directions()}`;
-  if (now === surface.last) return true;
+  // Without holes any order shows the same: another one where the view, of skins that of their first bone, has turned far.
+  const now = transparent ? `${rows} ${to_clip.elements}` : new Vector3(...rows[0]).normalize();
+  if (transparent ? now === surface.last : now.dot(surface.last) > TURNED) return true;
   surface.last = now;
   // Where other shapes than the geometry's are drawn, all are.
   const is_still = transparent && !object.isSkinnedMesh && !object.morphTargetInfluences?.length && !displacementMap;
