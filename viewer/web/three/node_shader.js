@@ -1,5 +1,5 @@
 // The look-up of a fabric in three.js's shading language: the twin of shader.js, whose comments say why.
-import {Matrix3, Vector3, Vector4} from 'three';
+import {Matrix3, Vector2, Vector3, Vector4} from 'three';
 import {
   If, attribute, cameraViewMatrix, clamp, cross, dot, faceDirection, float, floor, fract, int, inverseSqrt, ivec2, max, min,
   mix, normalize, positionView, positionViewDirection, select, sqrt, texture, textureSize, uint, uintBitsToFloat, uniform, uniformArray,
@@ -9,13 +9,13 @@ import {MAX_LAMPS} from '../environment.js';
 import {ATLAS_WIDTH} from './cell_images.js';
 import {VERTEX_LIGHT} from './lights.js';
 
-const zeros = (count) => Array.from({length: count}, () => 0), vectors = () => Array.from({length: MAX_LAMPS}, () => new Vector3());
+const each = (length, make) => Array.from({length}, make), vectors = () => each(MAX_LAMPS, () => new Vector3());
 const matrix = () => uniform(new Matrix3()), number = () => uniform(0);
 
 /** The nodes of a material by the names of its uniforms, whose values set_nodes() takes. */
 export const nodes_of = (textures) => ({
   fabric_transform: matrix(), cell_beyond: number(), cell_albedo: uniform(new Vector3()), cell_brighter: number(),
-  noise_places: uniformArray(Array.from({length: 6}, () => new Vector4())), noise_layers: uniformArray(zeros(6), 'float'), varied_numbers: uniformArray(zeros(16), 'float'),
+  noise_places: uniformArray(each(4, () => new Vector4())), noise_layers: uniformArray(each(4, () => new Vector2())), varied_numbers: uniformArray(each(16, () => 0), 'float'),
   around_brightness: matrix(), soft_brightness: matrix(), around_from_world: matrix(), around_lamp_count: uniform(0, 'int'),
   around_lamp_directions: uniformArray(vectors()), around_lamp_irradiances: uniformArray(vectors()),
   kept_mask_transform: matrix(), kept_normal_transform: matrix(), kept_tint_texture_transform: matrix(), kept_mask_cutoff: number(),
@@ -52,27 +52,28 @@ function variation_of({cell_noise, noise_places, noise_layers, varied_numbers}) 
     let part = first.sub(whole).toVar();
     if (of_single_rows) part = vec2(clamp(part.x.mul(4 / 3).sub(1 / 6), 0, 1), part.y).toVar();
     const next = part.mul(part).mul(float(3).sub(part.mul(2))).toVar(), here = next.oneMinus().toVar(), weight = here.mul(here).add(next.mul(next)).toVar();
-    const rows = size.y.sub(1).toVar(), layer = floor(whole.x.add(0.5).div(rows)).toVar(), at = whole.add(next).add(0.5).sub(vec2(layer.mul(rows), 0));
-    const texel = cell_noise.sample(at.yx.div(size)).depth(int(layer.add(noise_layers.element(k)))).level(0).r;
-    return texel.sub(0.5).mul(inverseSqrt(weight.x.mul(weight.y))).mul(3.4505702);
+    const [begin, end] = [noise_layers.element(k).x, noise_layers.element(k).y], rows = size.y.sub(1).toVar();
+    const layer = clamp(floor(whole.x.add(0.5).div(rows)).add(begin), begin, end).toVar(), at = whole.add(next).add(0.5).sub(vec2(layer.sub(begin).mul(rows), 0));
+    const bytes = cell_noise.sample(at.yx.div(size)).depth(int(layer)).level(0).rg;
+    return bytes.sub(0.5).mul(vec2(inverseSqrt(weight.x.mul(weight.y)).mul(3.4505963), 6.9011926));
   };
-  const seen_at_once = (k, pixel) => {
-    const seen = max(pixel.yx.mul(number_of(k).xy), 1);
+  const seen_at_once = (k, pixel, area = [1, 1]) => {
+    const seen = max(pixel.yx.mul(number_of(k).xy).div(vec2(...area)), 1);
     return seen.x.mul(seen.y);
   };
   const place_of = (coordinates, pixel) => {
-    const seen = max(seen_at_once(0, pixel), seen_at_once(2, pixel.yx)), place = coordinates.toVar();
+    const seen = max(seen_at_once(0, pixel), seen_at_once(1, pixel.yx)), place = coordinates.toVar();
     const change = clamp(float(4).div(seen).sub(1), 0, 1).mul(vec2(number(10), number(7))).toVar();
     If(change.x.add(change.y).greaterThan(0), () => {
-      place.addAssign(change.mul(vec2(noise_at(5, coordinates.yx), noise_at(4, coordinates))));
+      place.addAssign(change.mul(vec2(noise_at(3, coordinates.yx).x, noise_at(2, coordinates).x)));
     });
     return place;
   };
   const varied_along = (axis, place, pixel) => {
     const result = float(1).toVar();
     If(number(3 * axis + 1).greaterThan(0), () => {
-      const [rows, areas] = [0, 1].map((k) => noise_at(2 * axis + k, place, k === 0).div(seen_at_once(2 * axis + k, pixel)));
-      result.assign(clamp(number(3 * axis + 1).mul(rows.add(areas.mul(0.25))).add(1), 0, 2));
+      const noise = noise_at(axis, place, true).toVar(), areas = noise.y.mul(0.25).div(seen_at_once(axis, pixel, [8, 4]));
+      result.assign(clamp(number(3 * axis + 1).mul(noise.x.div(seen_at_once(axis, pixel)).add(areas)).add(1), 0, 2));
     });
     return result;
   };
@@ -82,7 +83,7 @@ function variation_of({cell_noise, noise_places, noise_layers, varied_numbers}) 
     If(along_v.greaterThan(0), () => { of_v.assign(varied_along(1, place.yx, pixel.yx)); });
     return mix(of_u, of_v, along_v);
   };
-  return {place_of, varied, has_both: number_of(0).x.mul(number_of(2).x).greaterThan(0), number};
+  return {place_of, varied, has_both: number_of(0).x.mul(number_of(1).x).greaterThan(0), number};
 }
 
 const at_texel = (node, texel) => node.load(ivec2(texel.mod(int(ATLAS_WIDTH)), texel.div(int(ATLAS_WIDTH)))).toVar();

@@ -147,33 +147,35 @@ int tile_at(vec2 uv, int side) {
 
 // Variation beyond the repeat: the twin of format/fabric/variation.h, whose lattices are layers of a texture (noise.js).
 uniform mediump sampler2DArray cell_noise;
-uniform vec4 noise_places[6];  // of each lattice, rows and lengths of a repeat, and where they begin
-uniform float noise_layers[6];
+uniform vec4 noise_places[4];  // of each lattice, rows and lengths of a repeat, and where they begin
+uniform vec2 noise_layers[4];  // first and last
 uniform float varied_numbers[16];  // change of each run the second of three; fractions of yarn along v, front and back; relief
-// Noise of a lattice at a place along and across its rows.
-float noise_at(int k, vec2 place, bool of_single_rows) {
+// Noise of a lattice at a place along and across its rows: of single rows, and of areas.
+vec2 noise_at(int k, vec2 place, bool of_single_rows) {
   vec2 at = place.yx * noise_places[k].xy + noise_places[k].zw, whole = floor(at), part = at - whole, size = vec2(textureSize(cell_noise, 0));
   if (of_single_rows) part.x = clamp(part.x * (4.0 / 3.0) - 1.0 / 6.0, 0.0, 1.0);
   vec2 next = part * part * (3.0 - 2.0 * part), here = 1.0 - next, weight = here * here + next * next;
-  float layer = floor((whole.x + 0.5) / (size.y - 1.0));
-  at = whole + next + 0.5 - vec2(layer * (size.y - 1.0), 0.0);
-  return (textureLod(cell_noise, vec3(at.yx / size, layer + noise_layers[k]), 0.0).r - 0.5) * inversesqrt(weight.x * weight.y) * 3.4505702;
+  float layer = clamp(floor((whole.x + 0.5) / (size.y - 1.0)) + noise_layers[k].x, noise_layers[k].x, noise_layers[k].y);
+  at = whole + next + 0.5 - vec2((layer - noise_layers[k].x) * (size.y - 1.0), 0.0);
+  return (textureLod(cell_noise, vec3(at.yx / size, layer), 0.0).rg - 0.5) * vec2(inversesqrt(weight.x * weight.y) * 3.4505963, 6.9011926);
 }
-// Rows and lengths that a pixel shows.
-vec2 seen_at_once(int k, vec2 pixel) { return max(pixel.yx * noise_places[k].xy, 1.0); }
+// Rows and lengths that a pixel shows, and areas.
+vec4 seen_at_once(int k, vec2 pixel) {
+  vec2 seen = pixel.yx * noise_places[k].xy;
+  return max(vec4(seen, seen / vec2(8.0, 4.0)), 1.0);
+}
 // Where the fabric is looked up: rows leave their places as far as pixels show single ones.
 vec2 place_of(vec2 uv, vec2 pixel) {
-  vec2 along_u = seen_at_once(0, pixel), along_v = seen_at_once(2, pixel.yx);
+  vec4 along_u = seen_at_once(0, pixel), along_v = seen_at_once(1, pixel.yx);
   vec2 change = clamp(4.0 / max(along_u.x * along_u.y, along_v.x * along_v.y) - 1.0, 0.0, 1.0) * vec2(varied_numbers[10], varied_numbers[7]);
-  return change.x + change.y > 0.0 ? uv + change * vec2(noise_at(5, uv.yx, false), noise_at(4, uv, false)) : uv;
+  return change.x + change.y > 0.0 ? uv + change * vec2(noise_at(3, uv.yx, false).x, noise_at(2, uv, false).x) : uv;
 }
-// The change of yarn along an axis: of single rows, and of areas.
+// The change of yarn along an axis.
 float varied_along(int axis, vec2 place, vec2 pixel) {
   float change = varied_numbers[3 * axis + 1];
   if (!(change > 0.0)) return 1.0;
-  vec2 rows = seen_at_once(2 * axis, pixel), areas = seen_at_once(2 * axis + 1, pixel);
-  float noise = noise_at(2 * axis, place, true) / (rows.x * rows.y) + 0.25 * noise_at(2 * axis + 1, place, false) / (areas.x * areas.y);
-  return clamp(1.0 + change * noise, 0.0, 2.0);
+  vec4 seen = seen_at_once(axis, pixel);
+  return clamp(1.0 + change * dot(noise_at(axis, place, true), vec2(1.0, 0.25) / (seen.xz * seen.yw)), 0.0, 2.0);
 }
 float varied(float along_v, vec2 place, vec2 pixel) {
   float of_u = 1.0, of_v = 1.0;
@@ -249,7 +251,7 @@ void main() {
     brighter = unpackHalf2x16(numbers.z >> 13).x / scale;
     brightest = cell_brighter;
     // Odd steps are yarn along v, where there is both.
-    float along_v = height > 0 && noise_places[0].x * noise_places[2].x > 0.0 ? float(height & 1) : fabric_side > 0.0 ? varied_numbers[12] : varied_numbers[13];
+    float along_v = height > 0 && noise_places[0].x * noise_places[1].x > 0.0 ? float(height & 1) : fabric_side > 0.0 ? varied_numbers[12] : varied_numbers[13];
     change = varied(along_v, place, pixel);
   }
 #ifdef FABRIC_KEEPS_OPACITY
