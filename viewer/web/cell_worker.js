@@ -49,6 +49,8 @@ export class CellWorker {
   #fabrics = new Map();
   #editions = new Map();
   #coming = new Map();
+  /** Whether garments show tiles that are elsewhere now. */
+  #has_moved = false;
   /** Vertices of skins and morphs, and how they move. */
   #moves = new Map();
   constructor(post) {
@@ -160,8 +162,11 @@ export class CellWorker {
   #awaits_any = () => [...this.#coming.keys()].some((garment) => this.#views.has(garment));
   /** Makes images of these garments for a while, those nearest to the middle of the picture first. */
   #make(module, all) {
+    const begin = performance.now();
     for (const [garment, due] of all) {
       const {view: {camera, level, around, lights}, fresh} = due;
+      // Messages do not wait for many garments at rest.
+      if (due.left === null && fresh === RESTING && performance.now() > begin + SLICE) return;
       due.left ??= module.begin_frame(garment, [...camera, SAMPLES, fresh, level, around ? 1 : 0, ...around ?? Array(36).fill(0)], lights);
     }
     const made = new Set(all.filter(([, {left}]) => left === 0)), off_middle = ([garment]) => module.next_off_middle(garment);
@@ -179,22 +184,22 @@ export class CellWorker {
     }
     if (is_full)
       for (const [each, its_view] of this.#views) this.#due.set(each, {view: its_view, fresh: RESTING, left: null});
-    for (const [garment, {left}] of made) this.#show(module, garment, left, has_moved);
-    if (has_moved && !this.#awaits_any())
-      for (const other of this.#views.keys()) if (![...made].some(([garment]) => garment === other)) this.#tell(module, other, module.take_uploads());
+    this.#show(module, new Map([...made].map(([garment, {left}]) => [garment, left])), has_moved);
   }
-  #show(module, garment, left, has_moved) {
-    const is_new = this.#coming.has(garment) && module.end_front(garment);
-    if (is_new) {
+  /** Posts what is to be seen; `made`: patches that are left of garments with new images. */
+  #show(module, made, has_moved) {
+    this.#has_moved ||= has_moved;
+    for (const garment of made.keys()) {
+      if (!this.#coming.has(garment) || !module.end_front(garment)) continue;
       this.#editions.set(garment, this.#coming.get(garment));
       this.#coming.delete(garment);
+      this.#has_moved = true;
     }
     // All garments change at once.
     if (this.#awaits_any()) return;
-    if (is_new)
-      for (const other of this.#editions.keys()) if (other !== garment) this.#tell(module, other, module.take_uploads());
-    if (!is_new && left > 0 && !has_moved && performance.now() < this.#told_at.get(garment) + TELL) return;
-    this.#tell(module, garment, module.take_uploads());
+    const is_due = (garment) => made.get(garment) === 0 || (made.has(garment) && !(performance.now() < this.#told_at.get(garment) + TELL));
+    for (const garment of new Set([...made.keys(), ...this.#views.keys()])) if (this.#has_moved || is_due(garment)) this.#tell(module, garment, module.take_uploads());
+    this.#has_moved = false;
   }
   #tell(module, garment, uploads) {
     this.#told_at.set(garment, performance.now());

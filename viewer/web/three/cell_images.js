@@ -293,7 +293,11 @@ class CellImages extends EventDispatcher {
     const {pose} = garment, is_same = (now, last) => now.every((x, i) => x === last[i]);
     if (pose && is_same(bones, pose.bones) && is_same(influences, pose.influences)) return false;
     garment.at_rest = false;
-    if (performance.now() < garment.posed_at + POSE) return false;
+    if (performance.now() < garment.posed_at + POSE) {
+      // For a shape that stays no other frame may be asked.
+      garment.posing ??= setTimeout(() => this.#tell(garment.posing = undefined), POSE);
+      return false;
+    }
     Object.assign(garment, {pose: {bones, influences}, posed_at: performance.now()});
     send_to_worker({kind: 'pose', garment: garment.number, bones, influences});
     return true;
