@@ -43,6 +43,11 @@ function functions_of(host, codecs, state) {
       bytes(out, elements.length).set(elements);
       return 0;
     }, 1),
+    pack_meshopt: (mode, from, count, stride, out) => {
+      const packed = codecs.encoder.encodeGltfBuffer(bytes(from, count * stride).slice(), count, stride, MODES[mode]);
+      bytes(out, packed.length).set(packed);
+      return packed.length;
+    },
     order_triangles: (from, count, out) => {
       const [indices, former] = [from, out].map((at) => new Uint32Array(state.memory.buffer, at, count)), ordered = indices.slice();
       const [numbers] = codecs.encoder.reorderMesh(ordered, true, true), vertices = [];

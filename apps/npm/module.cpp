@@ -91,14 +91,10 @@ Result<void> open_in_browser(const std::string& page) {
 // In place of sources with Ceres and Embree.
 void refit_to_pairs(Fabric&, const PairSamples& measured, int, const FitOptions&) {
   if (!measured.pairs.empty())
-    throw Failure{{Code::option_out_of_range,
-                   {},
-                   {},
-                   "needs a fit to pairs (Ceres), which the native program alone has"}};
+    throw Failure{{Code::option_out_of_range, {}, {}, "needs Ceres, which the native program alone has"}};
 }
 Result<RayScene> RayScene::create(const CellMesh&, const std::string& name) {
-  return fail(Code::option_out_of_range, name, {},
-              "needs rays on a mesh (Embree), which the native program alone has");
+  return fail(Code::option_out_of_range, name, {}, "needs Embree, which the native program alone has");
 }
 // Nobody calls these.
 const Imath::Box3f& RayScene::bounds() const { std::abort(); }

@@ -521,6 +521,7 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     if (!options.run_key.empty()) document.json["asset"]["extras"][run_key_member] = options.run_key;
     StagedGltf staged = value_or_throw(stage_gltf(std::move(document), output_path));
     report.bytes = staged.byte_count;
+    report.warnings.insert(report.warnings.end(), staged.remarks.begin(), staged.remarks.end());
     for (AtomicFile& file : usd) {
       report.usd_files.push_back(file.path());
       staged.files.push_back(std::move(file));

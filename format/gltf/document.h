@@ -88,6 +88,7 @@ Result<std::vector<std::uint8_t>> pack_glb(GltfDocument document);
 struct StagedGltf {
   std::vector<AtomicFile> files;
   std::uint64_t byte_count = 0;
+  std::vector<std::string> remarks = {};  ///< on what is written otherwise than it was
 };
 Result<StagedGltf> stage_gltf(GltfDocument document, const std::string& path);
 

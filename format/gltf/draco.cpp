@@ -376,7 +376,7 @@ class Packer {
     const std::optional<Bytes> stream =
         encode_draco(streamed, read_triangles(reader_, primitive, place, count), is_ordered);
     const Result<DracoMesh> decoded = DracoMesh::decode(stream.value_or(Bytes()));
-    if (!decoded) return false;
+    if (!decoded) return document_.remarks.push_back(place + ": written without Draco"), false;
     name(primitive, *decoded, *stream);
     return true;
   }

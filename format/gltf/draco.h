@@ -19,7 +19,7 @@ void expand_draco(GltfDocument& document);
 /// Gives primitives their stream back if their vertices and indices still come from one
 /// (GltfDocument::original_encoding), and encodes new ones of a document that required Draco: with as many
 /// bits for each attribute as the most precise stream of the file, and for texture coordinates steps of 2^-17
-/// or less. Primitives that Draco cannot encode stay plain. Throws Failure.
+/// or less. Primitives that Draco cannot encode stay plain, with a remark. Throws Failure.
 void repack_draco(GltfDocument& document);
 
 struct DracoCounts {

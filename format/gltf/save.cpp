@@ -170,10 +170,12 @@ Result<StagedGltf> stage(GltfDocument& document, const std::string& path) {
     const auto input = resolve_uri(document, uri, "");
     if (!uri.empty() && input) inputs.insert(*input);
   }
+  document.remarks.clear();
   repack_draco(document);
   repack_meshopt(document);
   rebase_uris(document, output.parent_path().string());
   StagedGltf staged;
+  staged.remarks = std::move(document.remarks);
   if (binary) {
     const Bytes file = value_or_throw(pack(document, path));
     staged.byte_count = file.size();

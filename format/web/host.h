@@ -39,7 +39,9 @@ int host_pack(int level, const std::uint8_t* bytes, std::size_t count, std::uint
 SELVEDGE_HOST(unpack_meshopt)
 int host_unpack_meshopt(int mode, int filter, std::size_t count, std::size_t stride,
                         const std::uint8_t* bytes, std::size_t size, void* out);
-
+/// Encodes to `out`, which has room for twice as many bytes and 1024; returns how many.
+SELVEDGE_HOST(pack_meshopt)
+std::size_t host_pack_meshopt(int mode, const void* rows, std::size_t count, std::size_t stride, void* out);
 /// Orders triangles as meshopt_optimizeVertexCacheStrip().
 SELVEDGE_HOST(order_triangles)
 void host_order_triangles(const unsigned int* indices, std::size_t count, unsigned int* out);

@@ -1,11 +1,9 @@
-// Meshoptimizer's decoders and order of triangles by the host, whose filters come with the stream that they
-// are applied to.
+// Meshoptimizer's codecs and order of triangles by the host, whose filters come with their stream.
 #include <meshoptimizer.h>
 
 #include <algorithm>
 #include <span>
 
-#include "format/base/guard.h"
 #include "format/web/host.h"
 
 namespace {
@@ -19,12 +17,6 @@ int decode(int mode, void* out, std::size_t count, std::size_t stride, const uns
 }
 void decode_again(int filter, void* out, std::size_t count, std::size_t stride) {
   selvedge::host_unpack_meshopt(0, filter, count, stride, stream.data(), stream.size(), out);
-}
-[[noreturn]] std::size_t refuse() {
-  throw selvedge::Failure{{selvedge::Code::gltf_unsupported,
-                           {},
-                           {},
-                           "the native program alone compresses new data by EXT_meshopt_compression"}};
 }
 
 }  // namespace
@@ -45,11 +37,15 @@ void meshopt_decodeFilterOct(void* out, size_t count, size_t stride) { decode_ag
 void meshopt_decodeFilterQuat(void* out, size_t count, size_t stride) { decode_again(2, out, count, stride); }
 void meshopt_decodeFilterExp(void* out, size_t count, size_t stride) { decode_again(3, out, count, stride); }
 
-size_t meshopt_encodeVertexBufferBound(size_t, size_t) { refuse(); }
-size_t meshopt_encodeVertexBuffer(unsigned char*, size_t, const void*, size_t, size_t) { refuse(); }
-void meshopt_encodeIndexVersion(int) { refuse(); }
-size_t meshopt_encodeIndexBufferBound(size_t, size_t) { refuse(); }
-size_t meshopt_encodeIndexBuffer(unsigned char*, size_t, const unsigned int*, size_t) { refuse(); }
+size_t meshopt_encodeVertexBufferBound(size_t count, size_t stride) { return 2 * count * stride + 1024; }
+size_t meshopt_encodeVertexBuffer(unsigned char* out, size_t, const void* rows, size_t count, size_t stride) {
+  return selvedge::host_pack_meshopt(0, rows, count, stride, out);
+}
+void meshopt_encodeIndexVersion(int) {}  // the host's is the extension's
+size_t meshopt_encodeIndexBufferBound(size_t count, size_t) { return 8 * count + 1024; }
+size_t meshopt_encodeIndexBuffer(unsigned char* out, size_t, const unsigned int* indices, size_t count) {
+  return selvedge::host_pack_meshopt(1, indices, count, sizeof(*indices), out);
+}
 void meshopt_optimizeVertexCacheStrip(unsigned int* out, const unsigned int* indices, size_t count, size_t) {
   selvedge::host_order_triangles(indices, count, out);
 }
