@@ -408,6 +408,14 @@ export const facts = {
     return `${seen.length} switches`;
   },
 
+  'a fabric that is replaced before the worker knows a cloth in it is the other one': async () => {
+    const material = await material_of(), [other, again] = await Promise.all([OPEN, OPEN].map((file) => material_of({ file })));
+    const drawn = picture([new Mesh(cloth(), material), SUN()]);
+    cell_images.replace(material.fabric, other.fabric);
+    const replaced = await drawn;
+    need(cell_images.shows(material.fabric), 'the first one is awaited');
+    return need_same(replaced, await picture([new Mesh(cloth(), again), SUN()]), 'replaced');
+  },
   'set 1 with a transform is the cloth with these coordinates': async () => {
     const offset = [0.3, -0.2], rotation = 0.6, scale = [0.8, 1.7];
     const reference = { index: 0, extensions: { KHR_texture_transform: { texCoord: 1, offset, rotation, scale } } };

@@ -193,8 +193,7 @@ class CellImages extends EventDispatcher {
     // glTF has flat normals then, for which the shader needs none.
     if (geometry.attributes.position && !geometry.attributes.normal) geometry.computeVertexNormals();
     const garment = {
-      object, fabric, state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, turns: new WeakSet(), other: null, view: null, moves: moves_of(object, geometry), pose: null, posed_at: -POSE, fraction: 0, at_rest: false, materials: new Set(), geometry, names,
-      edition: fabric.edition
+      object, fabric, state: 'asked', number: null, beyond: 0, last: '', camera: null, looked_at: -CAMERAS, turns: new WeakSet(), other: null, view: null, moves: moves_of(object, geometry), pose: null, posed_at: -POSE, fraction: 0, at_rest: false, materials: new Set(), geometry, names, edition: 0
     };
     const {position, normal} = geometry.attributes, uv = geometry.attributes[lay.uv_set === 1 ? 'uv1' : 'uv'];
     if (!position || !uv || object.isBatchedMesh) {
@@ -220,6 +219,9 @@ class CellImages extends EventDispatcher {
       if (corners.some((i) => i >= count)) throw new Error('a triangle has a vertex that is not there');
       if (fabric.number === null) throw new Error('the fabric is gone');
       fabric.reach(vertices.filter((_, i) => i % 8 > 5));
+      // Another fabric may have taken its place since.
+      Object.assign(fabric, fabric.coming);
+      garment.edition = fabric.edition;
       const {moves} = garment;
       const {number, charts, beyond} = await ask_worker({kind: 'garment', fabric: fabric.number, vertices, corners, moves}, [vertices.buffer, corners.buffer]);
       if (!garment.is_known()) return send_to_worker({kind: 'remove', garment: number});
