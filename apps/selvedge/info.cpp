@@ -1,9 +1,12 @@
 // info: the contents of a file, as a table or as JSON.
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/file_kind.h"
+#include "apps/selvedge/make.h"
 #include "converter/dress/uv_scale.h"
 #include "format/base/option_text.h"
 #include "format/fabric/file.h"
@@ -48,7 +51,7 @@ std::string recipe_text(const Json& recipe) {
     if (option == "set")
       for (const auto& [name, number] : value.items())
         add(" --set " + shell_word(name + fill_pattern("={}", number)));
-    else if (option != "stitch" && option != "text")
+    else if (std::ranges::count(recipe_options, option) > 0)
       add(" " + shell_word("--" + option) +
           (value == "true" ? "" : " " + shell_word(fill_pattern("{}", value))));
   }

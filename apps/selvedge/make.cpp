@@ -210,10 +210,9 @@ void add_recipe(Options& options, MakeCommand& command) {
       const std::size_t equals = setting.find('=');
       command.recipe["set"][setting.substr(0, equals)] = recipe_value(setting.substr(equals + 1));
     }
-    for (const char* name :
-         {"--quality", "--texels", "--views", "--lights", "--samples", "--indirect", "--bounces", "--pairs",
-          "--truth-samples", "--sides", "--yarns", "--seed", "--grid", "--lobes", "--no-table"})
-      for (const std::string& text : options.given_texts(name)) command.recipe[name + 2] = recipe_value(text);
+    for (const std::string name : recipe_options)
+      for (const std::string& text : options.given_texts(("--" + name).c_str()))
+        command.recipe[name] = recipe_value(text);
     for (const std::string& text : options.given_texts("--float"))
       command.recipe["set"]["float"] = recipe_value(text);
     for (const std::string& text : options.given_texts("--period")) {

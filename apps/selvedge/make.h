@@ -1,6 +1,7 @@
 // The verbs bake, fit and make: stitch -> samples -> fabric.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,8 +32,12 @@ struct MakeCommand {
   RunKey key;
 };
 
-/// For pages: the built-in `stitches` and their parameters, as `stitch --list NAME --json` prints them, and
-/// the `kinds` of yarn.
+/// Options that a recipe (spec/fabric.md) names, beside --set.
+inline constexpr std::array recipe_options{
+    "quality",       "texels", "views", "lights", "samples", "indirect", "bounces",  "pairs",
+    "truth-samples", "sides",  "yarns", "seed",   "grid",    "lobes",    "no-table", "bytes"};
+/// For pages: the built-in `stitches` and their parameters, as `stitch --list NAME --json` prints them, the
+/// `kinds` of yarn, and recipe_options.
 Json stitches_for_pages();
 
 /// Parses the words of a make. OPTION_OUT_OF_RANGE, of `place` in `file`.

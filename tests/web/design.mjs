@@ -9,6 +9,8 @@ import { join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { data_uri, png, png_of } from '../../spec/conformance/generate/garment.mjs';
 import { with_columns, with_letter, with_number, with_rows, with_stitch } from '../../apps/web/design/text_grid.mjs';
+import { read_headers } from '../../viewer/web/reader/exr.js';
+import { header_digest } from '../../viewer/web/reader/fabric.js';
 import { from_file } from './browser.mjs';
 import { json_of_glb, with_json } from './garment.mjs';
 
@@ -159,7 +161,15 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
   });
   await save_as('Save fabric', 'twenty.exr');
   await changes('undo', () => page.keyboard.press('Control+z'));
-  const opened = await changes('open', () => open_file(path('twenty.exr')));
+  // A stranger's recipe has no other options than make's.
+  const file = readFileSync(path('twenty.exr')), at = file.indexOf('{"accuracy"'), size = file.readUInt32LE(at - 4), { sheet, ...header } = JSON.parse(file.subarray(at, at + size));
+  Object.assign(header.recipe, { 'keep-samples': 'samples.exr' });
+  file.write(JSON.stringify(header).padEnd(size), at);
+  file.write(header_digest(read_headers(file)), file.indexOf('selvedge.digest') + 'selvedge.digest.string.....'.length);
+  writeFileSync(path('strange.exr'), file);
+  assert.doesNotMatch(execFileSync(join(bin, 'selvedge'), ['info', path('strange.exr')], { encoding: 'utf8' }), /--keep-samples/);
+  const opened = await changes('open', () => open_file(path('strange.exr')));
+  assert.equal(opened['keep-samples'], undefined);
   assert.deepEqual(opened.set, { ...before.set, melange: 0.2 });
   await save_as('Save fabric', 'again.exr');
   assert.ok(readFileSync(path('twenty.exr')).equals(readFileSync(path('again.exr'))));

@@ -260,7 +260,7 @@ const editor = new TextEditor(
     const {stitch, description, parameters, cells} = report ?? {};
     names.set(name, description ?? cells?.name);
     if (name === recipe.stitch) by_id('name').textContent = own_name();
-    if (parameters && name === recipe.stitch) set_description({stitch, description, parameters});
+    if (parameters && name === recipe.stitch && text === recipe.text) set_description({stitch, description, parameters});
     return cells;
   }));
 on_change(({is_other, makes}) => {

@@ -2,7 +2,7 @@
 // and the command that makes the same.
 import {Color} from 'three';
 
-export const {first, kinds, stitches: list} = JSON.parse(document.getElementById('recipes').textContent);
+export const {first, kinds, options, stitches: list} = JSON.parse(document.getElementById('recipes').textContent);
 /** Recipes that the list offers: built-in stitches, and texts with the remarks that they begin with. */
 export const offered_recipes = list.map(({stitch, description}) => ({stitch, description}));
 for (const [stitch, text] of Object.entries(JSON.parse(document.getElementById('samples').textContent)))
@@ -21,7 +21,15 @@ function try_or_null(work) {
   }
 }
 const is_recipe = (found) => (typeof found?.text === 'string' || stitches.has(found?.stitch)) && typeof found.set === 'object';
-const start = {set: {}, ...first}, known = try_or_null(() => JSON.parse(localStorage.getItem(STORE)));
+/** What is `make`'s of a recipe, which may be a stranger's. */
+function own_recipe(found) {
+  const {stitch, text = '', set = {}} = found ?? {};
+  if (typeof stitch !== 'string' || typeof text !== 'string' || /^-|[/\\]/.test(stitch)) throw new Error('has no recipe by which it can be edited');
+  if (found.text === undefined && !list.some((each) => each.stitch === stitch)) throw new Error(`its recipe names ${stitch} without its text`);
+  const own = Object.entries(found).filter(([name]) => ['stitch', 'text', ...options].includes(name));
+  return {...Object.fromEntries(own), set: Object.fromEntries(Object.entries(set).map(([name, value]) => [name, Array.isArray(value) ? value.join(',') : value]))};
+}
+const start = own_recipe(first), known = try_or_null(() => JSON.parse(localStorage.getItem(STORE)));
 /** States as JSON, and the number of the one that is shown. */
 let history = [JSON.stringify({recipe: start, worn: {}})], now = 0, taken = () => {};
 if (try_or_null(() => known.history.every((state) => is_recipe(JSON.parse(state).recipe)) && known.history[known.now])) ({history, now} = known);
@@ -73,13 +81,7 @@ export function set_description(stitch) {
   take(state, true);
 }
 /** Takes the recipe that a fabric says it was made by. */
-export function set_recipe_of_fabric(found) {
-  if (typeof found?.stitch !== 'string') throw new Error('has no recipe by which it can be edited');
-  if (found.text === undefined && !list.some(({stitch}) => stitch === found.stitch))
-    throw new Error(`its recipe names ${found.stitch} without its text`);
-  const set = Object.fromEntries(Object.entries(found.set ?? {}).map(([name, value]) => [name, Array.isArray(value) ? value.join(',') : value]));
-  set_recipe({...found, set});
-}
+export const set_recipe_of_fabric = (found) => set_recipe(own_recipe(found));
 
 export const is_colour_parameter = ({value}) => value.length === 3, is_yarn_kind = ({name}) => name.endsWith('yarn');
 const all_parameters = () => stitches.get(recipe.stitch)?.parameters ?? [];
@@ -115,5 +117,7 @@ export function make_run() {
 export function command_line() {
   const {stitch, text} = recipe, line = shell_line(['selvedge', ...make_run().argv]);
   if (text === undefined) return line;
-  return `cat > ${shell_line([stitch])} << 'END_OF_TEXT'\n${text}${text.endsWith('\n') ? '' : '\n'}END_OF_TEXT\n${line}`;
+  let end = 'END_OF_TEXT';
+  while (text.includes(end)) end += '_';
+  return `cat > ${shell_line([stitch])} << '${end}'\n${text}${text.endsWith('\n') ? '' : '\n'}${end}\n${line}`;
 }
