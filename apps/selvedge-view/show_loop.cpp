@@ -130,22 +130,22 @@ void ShowLoop::run() {
 }
 
 Json ShowLoop::to_json() const {
-  const V3d look_at = state_.camera.look_at.value_or(V3d(0, 0, 0));
-  Json all = {{"input", input_},
-              {"window", window_size_},
-              {"width", picture_->width},
-              {"height", picture_->height},
-              {"frames", picture_->frame_count},
-              {"camera",
-               {{"azimuth", state_.camera.azimuth},
-                {"elevation", state_.camera.elevation},
-                {"fov", state_.camera.field_of_view},
-                {"distance", state_.camera.distance.value_or(0)},
-                {"lookAt", look_at}}},
-              {"clip", {{"number", state_.clip}, {"time", state_.clip_time}, {"plays", state_.plays_clip}}},
-              {"fabrics", state_.worn_fabrics.fabrics},
-              {"command", command()},
-              {"message", message_}};
+  Json all = {
+      {"input", input_},
+      {"window", window_size_},
+      {"width", picture_->width},
+      {"height", picture_->height},
+      {"frames", picture_->frame_count},
+      {"camera",
+       {{"azimuth", state_.camera.azimuth},
+        {"elevation", state_.camera.elevation},
+        {"fov", state_.camera.field_of_view},
+        {"distance", state_.camera.distance.value_or(0)},
+        {"lookAt", state_.camera.look_at.value_or(V3d(0, 0, 0))}}},
+      {"clip", {{"time", state_.clip_time}, {"plays", state_.plays_clip}, {"speed", state_.clip_speed}}},
+      {"fabrics", state_.worn_fabrics.fabrics},
+      {"command", command()},
+      {"message", message_}};
   all["probe"] = probe_ ? json_of(*probe_, picture_->fabric_names) : Json();
   all["accuracy"] = picture_->accuracy_db > 0 ? Json(picture_->accuracy_db) : Json();
   all["seconds"] = {{"frame", picture_->draw_seconds}};

@@ -99,6 +99,12 @@ test_show_plays_a_clip_pauses_it_and_steps() {
   holds 'r.psnr > 45' compared.json
   with_window slide.glb -- 'key space' 'key space' 'key space'
   holds '!r.clip.plays' report.json
+  # The second one of the list, four times as fast, halfway.
+  edited slide.gltf two.gltf 'g.animations.push({ ...g.animations[0], name: "again" })'
+  selvedge dress two.gltf k.fabric.exr -o two.glb --all --quiet
+  with_window two.glb -- 'mousemove 767 151' 'click 1' 'sleep 1' 'mousemove 700 196' 'click 1' 'sleep 1' \
+    'mousemove 868 217' 'mousedown 1' 'sleep 0.3' 'mouseup 1' 'mousemove 767 195' 'mousedown 1' 'sleep 0.3' 'mouseup 1'
+  holds '!r.clip.plays && Math.abs(r.clip.time - 0.1) < 0.002 && r.clip.speed === 4 && r.command.includes(" --animation=1 ")' report.json
 }
 
 test_show_swaps_fabrics() {

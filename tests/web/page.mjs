@@ -163,6 +163,17 @@ await from_file(path('moving.html'), SIZE, async ({ page, errors }) => {
   assert.ok(Math.abs(step - 1 / 30) < 1e-6, `${step}`);
   await page.locator('#clip').selectOption('again');
   assert.equal((await clips()).time, 0);
+  await page.getByLabel('Seconds of the clip').fill('1.5');
+  assert.deepEqual(await clips(), { time: 1.5, plays: false, duration: 2 });
+  // A quarter of a second of a clock that stands.
+  await when(() => !globalThis.selvedge.stage.clips.runs);
+  await page.getByLabel('Speed').selectOption('2');
+  await page.evaluate(() => {
+    performance.now = () => 1000;
+    globalThis.selvedge.stage.clips.play(true);
+    performance.now = () => 1250;
+  });
+  await when(() => globalThis.selvedge.stage.clips.time === 0);
   await page.emulateMedia({ reducedMotion: 'reduce' });
   await page.reload();
   await when(() => globalThis.selvedge?.stage.clips);
