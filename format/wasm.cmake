@@ -51,7 +51,7 @@ function(wasm_module name)
     set(object ${CMAKE_CURRENT_BINARY_DIR}/${name}-${number}.o)
     file(CONFIGURE OUTPUT ${source} CONTENT "${text}" @ONLY)
     add_custom_command(OUTPUT ${object} DEPENDS ${source} VERBATIM DEPFILE ${object}.d
-      COMMAND ${WASM_CLANG} ${flags} ${small} -MD -MF ${object}.d -c ${source} -o ${object})
+      COMMAND ${CMAKE_CXX_COMPILER_LAUNCHER} ${WASM_CLANG} ${flags} ${small} -MD -MF ${object}.d -c ${source} -o ${object})
     list(APPEND objects ${object})
   endforeach()
   set(module ${CMAKE_CURRENT_BINARY_DIR}/${name}.wasm)
