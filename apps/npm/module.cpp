@@ -40,12 +40,16 @@ std::vector<std::string> take_words() {
   return words;
 }
 
-/// The yarn over texels that are all the same: where these are as many as usual, the file is small.
+/// The yarn over texels that are all the same: where these are as many as usual, the file is small, and those
+/// of much yarn have room for its light.
 Fabric preview_of(const Samples& samples, const MakeOptions& options) {
   const SideSamples front = side_samples(samples, Side::front);
   Fabric fabric = value_or_throw(fit(front.level, front.header, options.fit));
   const FabricLevel texel = std::exchange(fabric.levels, {}).front();
-  for (int k = 3; k >= 0; --k) {
+  constexpr int values_per_texel = 1 << 14;
+  int size = 3;
+  while (samples.header.yarns.stations * light_values_per_station >> 2 * size > values_per_texel) ++size;
+  for (int k = size; k >= 0; --k) {
     FabricLevel& level = fabric.levels.emplace_back();
     level.width = level.height = 1 << k;
     level.copy_texels(texel, k);
