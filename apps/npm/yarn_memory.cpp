@@ -48,12 +48,17 @@ class Numbers {
   bool reads_ = false;
 };
 
-/// Digest of all that relax() reads.
-std::string key_of(StitchPattern pattern, RelaxOptions o) {
-  Numbers all;
+/// Passes what knits have in common that differ in some stitches.
+void pass_common(RelaxOptions& o, StitchPattern& pattern, Numbers& all) {
   all.pass(o.bending_length_radii, o.gap_radii, o.start_fraction, o.max_thickness_radii, o.in_plane_restoring,
            o.may_thin, o.steps, o.is_rough, pattern.period_mm.x, pattern.period_mm.y);
   all.pass(o.gauge_mm.x, o.gauge_mm.y, o.blocked_mm.x, o.blocked_mm.y);
+}
+
+/// Digest of all that relax() reads.
+std::string key_of(StitchPattern pattern, RelaxOptions o) {
+  Numbers all;
+  pass_common(o, pattern, all);
   for (auto& parts : o.parts)
     for (KnitPart& part : parts) all.pass(part.is_loop, part.length_mm, part.segments);
   for (Yarn& yarn : pattern.yarns) {
@@ -76,6 +81,56 @@ void pass(RelaxResult& relaxed, Numbers& all) {
   }
 }
 
+void pass(RestedKnit& knit, Numbers& all) {
+  std::size_t count = knit.parts.size();
+  all.pass(count, knit.drawn.period_mm.x, knit.drawn.period_mm.y);
+  knit.drawn.yarns.resize(count);
+  knit.relaxed.pattern.yarns.resize(count);
+  for (Yarn& yarn : knit.drawn.yarns) {
+    all.pass(yarn.flattening);
+    all.pass_all(yarn.segments);
+  }
+  for (auto* parts : {&knit.parts, &knit.relaxed.parts}) {
+    parts->resize(count);
+    for (auto& chain : *parts) {
+      std::size_t of_chain = chain.size();
+      all.pass(of_chain);
+      chain.resize(of_chain);
+      for (KnitPart& part : chain) all.pass(part.is_loop, part.length_mm, part.segments);
+    }
+  }
+  pass(knit.relaxed, all);
+}
+
+/// relax(); of many stitches and roughly from the last knit of the same kind, if there is one, which this is
+/// then.
+RelaxResult relaxed_next(const StitchPattern& pattern, RelaxOptions options) {
+  constexpr std::size_t many_stitches = 100;
+  std::size_t stitches = 0;
+  for (const auto& parts : options.parts) stitches += parts.size();
+  if (stitches < many_stitches) return relax(pattern, options);
+  RelaxOptions fine = options;
+  fine.is_rough = false;
+  StitchPattern common = pattern;
+  Numbers kind;
+  pass_common(fine, common, kind);
+  const std::string key = digest_of(kind.bytes());
+  RestedKnit last;
+  if (options.is_rough && host_recall(key.data())) {
+    Numbers all(host_input());
+    pass(last, all);
+    options.last = &last;
+  }
+  RelaxResult relaxed = relax(pattern, options);
+  if (options.is_rough && !relaxed.is_edit) return relaxed;
+  RestedKnit next{pattern, options.parts, relaxed};
+  Numbers all;
+  pass(next, all);
+  const std::string bytes = all.bytes();
+  host_keep(key.data(), bytes.data(), bytes.size());
+  return relaxed;
+}
+
 }  // namespace
 
 RelaxResult relaxed_once(const StitchPattern& pattern, const RelaxOptions& options) {
@@ -86,7 +141,7 @@ RelaxResult relaxed_once(const StitchPattern& pattern, const RelaxOptions& optio
     pass(relaxed, all);
     return relaxed;
   }
-  RelaxResult relaxed = relax(pattern, options);
+  RelaxResult relaxed = relaxed_next(pattern, options);
   Numbers all;
   pass(relaxed, all);
   const std::string bytes = all.bytes();

@@ -7,7 +7,8 @@ namespace selvedge {
 /// relax(), or the host's memory of it. What the host does not remember it gets: a digest of all that relax()
 /// reads, and all that that changed.
 RelaxResult relaxed_once(const StitchPattern& pattern, const RelaxOptions& options);
-/// The same for a preview: what the host does not remember roughly, and as if there were room.
+/// The same for a preview: what the host does not remember roughly, of large knits as an edit of the last one
+/// of the same gauge, and as if there were room.
 RelaxResult relaxed_roughly(const StitchPattern& pattern, const RelaxOptions& options);
 
 }  // namespace selvedge

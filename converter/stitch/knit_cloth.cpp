@@ -207,6 +207,7 @@ void KnitCloth::slide() {
       last = taken;
       for (std::size_t p = 0; p < count; ++p) {
         const std::size_t next = p + 1 < count ? p + 1 : 0;
+        if (is_still(chain.parts[p].begin) || is_still(chain.parts[next].begin)) continue;
         const double slope = tensions[p] - tensions[next] - rubbing * chain.parts[p].slid;
         taken[p] = (slope + stiffness[next] * last[next] + stiffness[p] * last[p > 0 ? p - 1 : count - 1]) /
                    (rubbing + stiffness[next] + stiffness[p]);
@@ -222,6 +223,7 @@ void KnitCloth::set_radii() {
     const double core = chain.soft ? soft_core + (1 - soft_core) * swollen_ : 1;
     const double radius = grown_ * thin_ * chain.radius * core;
     for (std::uint32_t i = chain.begin; i < chain.end; ++i) {
+      if (is_still(i)) continue;
       reaches_[i] = radii_[i] > 0 ? reaches_[i] * radius / radii_[i] : radius;
       radii_[i] = radius;
     }
@@ -235,7 +237,7 @@ void KnitCloth::press_sections() {
     const double strain =
         std::min(max_pressure, pressure * stiffness_ * contact_stiffness * contact.depth / unit_);
     for (const std::uint32_t piece : {contact.a, contact.b}) {
-      if (!chains_[chain_of_[piece]].soft) continue;
+      if (!chains_[chain_of_[piece]].soft || is_still(piece)) continue;
       for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) strains_[piece][i][j] -= strain * n[i] * n[j];
     }
@@ -256,6 +258,10 @@ double KnitCloth::energy(Vector& gradient) {
     V3d before = along(last);
     for (std::uint32_t i = chain.begin; i < chain.end; last = i++) {
       const V3d d = along(i);
+      if (is_still(last) && is_still(i) && is_still(next_[i])) {
+        before = d;
+        continue;
+      }
       const double length = std::max(length_of(d), 1e-300);
       const double rest = lengths_[i];
       const double strain = length / rest - 1;
@@ -295,6 +301,8 @@ double KnitCloth::energy(Vector& gradient) {
     add_stress(-push, apart);
   });
   gradient.period = V2d(stress.x, stress.y);
+  for (std::uint32_t i = 0; i < active_.size(); ++i)
+    if (is_still(i)) gradient.points[i] = V3d(0);
   return energy;
 }
 
@@ -315,10 +323,16 @@ double KnitCloth::support(std::uint32_t piece, const V3d& direction, V3d& slope)
 void KnitCloth::set_sections() {
   for (const Chain& chain : chains_) {
     if (!chain.soft || swollen_ == 0) continue;
+    std::vector<Imath::M33d> still;
+    if (!active_.empty()) still = strains_;
     diffuse_strains({strains_.begin() + chain.begin, strains_.begin() + chain.end}, spread, recovery);
     // Rounded, as logarithms differ in their last bits between machines.
     const double flat = recovery * swollen_ * static_cast<float>(std::log(chain.flattening));
     for (std::uint32_t i = chain.begin; i < chain.end; ++i) {
+      if (is_still(i)) {
+        strains_[i] = still[i];
+        continue;
+      }
       // The press that finishes cloth makes free yarn as flat as it is to be.
       strains_[i][2][2] += flat;
       reaches_[i] = radii_[i] * set_squeeze(strains_[i], along(i).normalized(), squeezes_[i]);
@@ -350,10 +364,11 @@ void KnitCloth::search() {
   reach += 2 * widest + unit_ * (gap_ + search_margin);
   const PeriodicGrid grid(inside, period_, reach);
   for (std::uint32_t a = 0; a < points_.size(); ++a) {
+    if (is_still(a)) continue;
     double far = reach;
     grid.visit_near(inside[a], far, [&](int other, const V3d& offset) {
       const auto b = static_cast<std::uint32_t>(other);
-      if (b < a) return;
+      if (b < a && !is_still(b)) return;
       const double near =
           reaches_[a] + reaches_[b] + 0.55 * (lengths_[a] + lengths_[b]) + unit_ * (gap_ + search_margin);
       if (offset.length2() > near * near) return;

@@ -38,12 +38,17 @@ struct ClothGoal {
   int max_steps = 300;      ///< after the stages
 };
 
+struct RestedKnit;
+
 class KnitCloth {
  public:
   /// `curvature`: at rest, of a loop, 1/mm, at equal distances from foot to foot; empty: straight.
   KnitCloth(const DrawnKnit& knit, double gap_radii, const std::vector<double>& curvature);
 
   void rest(const ClothGoal& goal);
+  /// Takes the rest of a knit that differs in some stitches, before rest(): only these and the ones around
+  /// them move then. False: too much differs, and this is no cloth any more.
+  bool edit(const DrawnKnit& knit, const RestedKnit& last, const V2d& gauge);
   /// Called in every step.
   void on_step(std::function<void()> told) { on_step_ = std::move(told); }
 
@@ -117,6 +122,12 @@ class KnitCloth {
   };
   using Factor = Eigen::SimplicialLLT<Eigen::SparseMatrix<float>>;
 
+  // knit_edit.cpp: what stays.
+  struct Kept;
+  bool take_rest(const DrawnKnit& knit, const RestedKnit& last, Kept& kept);
+  void hold(const DrawnKnit& knit, const std::vector<V3d>& rest, const std::vector<char>& known);
+  bool is_still(std::uint32_t i) const { return !active_.empty() && active_[i] == 0; }
+
   // knit_cloth.cpp: what rests.
   void set_tiles();
   void find_mirror();
@@ -166,6 +177,7 @@ class KnitCloth {
   std::vector<V3d> squeezes_;
   std::vector<Imath::M33d> strains_;  ///< logarithms of stretches across soft yarn, without trace
   std::vector<std::uint32_t> next_, chain_of_;
+  std::vector<char> active_;    ///< points that move; empty: all do
   std::vector<Piece> pieces_;   ///< of visit_contacts()
   std::vector<double> walked_;  ///< mm, of pieces, and by which they have grown
   std::vector<Pair> pairs_;

@@ -81,7 +81,7 @@ void KnitCloth::rest(const ClothGoal& goal) {
   is_free_ = goal.is_free;
   if (goal.presses) stiffness_ = last_stiffness;
   converge(goal.max_steps, goal.presses ? pressing_steps_per_rest_step * goal.max_steps : 0);
-  for (int k = 0; goal.presses && overlap_ > max_overlap && k < max_thinnings; ++k) {
+  for (int k = 0; goal.presses && active_.empty() && overlap_ > max_overlap && k < max_thinnings; ++k) {
     thin_ *= 1 - 0.5 * std::min(0.2, overlap_ - max_overlap + touching_overlap);
     set_radii();
     converge(steps_between_factors);
@@ -302,6 +302,7 @@ void KnitCloth::factor() {
   Hessian hessian;
   for (Vector& side : hessian.sides) side.points.resize(points_.size(), V3d(0));
   for (std::uint32_t tile = 0; tile < tiles_.size(); ++tile) {
+    if (tiles_[tile].empty()) continue;
     hessian.entries.clear();
     const auto add_square = [&](const Square& square) { add(square, tile, hessian); };
     for (const std::uint32_t i : tiles_[tile]) {
@@ -350,6 +351,7 @@ void KnitCloth::solve_points(Vector& v) const {
   Eigen::VectorXf x;
   for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
     const std::vector<std::uint32_t>& points = tiles_[tile];
+    if (points.empty()) continue;
     x.resize(static_cast<Eigen::Index>(3 * points.size()));
     for (std::size_t i = 0; i < points.size(); ++i)
       for (int k = 0; k < 3; ++k)

@@ -19,8 +19,27 @@ constexpr double max_radius = 0.35;
 constexpr int free_steps = 200;
 constexpr int gauge_steps = 45;
 constexpr int rough_steps = 20;
+constexpr int edit_steps = 60;
 /// Progress after the first of both.
 constexpr double free_part = 0.6;
+
+/// Brings to rest what has been edited.
+RelaxResult edited_knit(DrawnKnit knit, KnitCloth& cloth, const RestedKnit& last) {
+  cloth.rest({.grows = true, .max_steps = edit_steps});
+  cloth.rest({.presses = true, .max_steps = gauge_steps});
+  cloth.give(knit);
+  RelaxResult rested = last.relaxed;
+  for (Yarn& yarn : knit.pattern.yarns) {
+    yarn.radius_mm *= cloth.radius_fraction();
+    if (!yarn.squeezes.empty()) yarn.flattening = 1;
+  }
+  rested.pattern = std::move(knit.pattern);
+  rested.parts = std::move(knit.parts);
+  rested.is_edit = true;
+  rested.steps = cloth.steps();
+  rested.residual = cloth.residual();
+  return rested;
+}
 
 }  // namespace
 
@@ -45,6 +64,10 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
   plain.rest({.grows = true, .is_free = true, .period_mm = gauge * begin, .float_factor = begin.x});
 
   DrawnKnit knit{drawn, options.parts};
+  if (options.last != nullptr) {
+    KnitCloth edited(knit, options.gap_radii, curvature);
+    if (edited.edit(knit, *options.last, gauge)) return edited_knit(std::move(knit), edited, *options.last);
+  }
   KnitCloth cloth(knit, options.gap_radii, curvature);
   const auto tell = [&](double from, double to, int steps) {
     if (options.progress)

@@ -516,7 +516,8 @@ double thin_to_touch(StitchPattern& pattern) {
 RelaxResult relax(const StitchPattern& pattern, const RelaxOptions& options) {
   if (!options.parts.empty()) {
     RelaxResult rested = rest_knit(pattern, options);
-    if (options.may_thin && !options.is_rough) rested.radius_fraction *= thin_to_touch(rested.pattern);
+    if (options.may_thin && !options.is_rough && !rested.is_edit)
+      rested.radius_fraction *= thin_to_touch(rested.pattern);
     return rested;
   }
   const double min_part = options.is_rough ? 0.85 : 0.95;

@@ -19,6 +19,8 @@ namespace selvedge {
 /// Maximum overlap of neighbouring yarns, in radii, that counts as touching.
 constexpr double touching_overlap = 0.02;
 
+struct RestedKnit;
+
 struct RelaxOptions {
   double bending_length_radii = 3;  ///< stiffness: the length over which yarns bend, in radii
   double gap_radii = 0;          ///< between neighbouring yarns, in radii of the thicker one; 0: they touch
@@ -42,6 +44,9 @@ struct RelaxOptions {
   std::vector<std::vector<KnitPart>> parts{};
   V2d gauge_mm{0, 0};
   V2d blocked_mm{0, 0};
+  /// A knit at rest of the same yarns, gauge and size of chart: where this one is drawn alike it stays as
+  /// that one rests, but for some stitches around what differs.
+  const RestedKnit* last = nullptr;
   Progress progress{};
 };
 
@@ -55,7 +60,15 @@ struct RelaxResult {
   V2d free_mm{0, 0};                           ///< of a knit: size of its repeat, left to itself
   double stretch = 0;                          ///< of a knit: of the yarn that is longest beside its loops
   int steps = 0;                               ///< of a knit
-  double residual = 0;  ///< of a knit: fraction of the energy that the last steps freed
+  double residual = 0;   ///< of a knit: fraction of the energy that the last steps freed
+  bool is_edit = false;  ///< stays as RelaxOptions::last, but for some stitches
+};
+
+/// A knit that has come to rest: its drawing, with the parts of that, and relax() of both.
+struct RestedKnit {
+  StitchPattern drawn;
+  std::vector<std::vector<KnitPart>> parts{};
+  RelaxResult relaxed;
 };
 
 /// Yarns of fibres (Yarn::fibre_kind) are soft: their sections flatten where they press each other, and

@@ -34,6 +34,11 @@ for (const name of ['twill', 'moss.txt']) {
 const aran = readFileSync(join(charts, 'aran.txt'), 'utf8'), shapes = new Map();
 check('aran.preview.exr', make('aran.txt', aran, shapes, 'preview').bytes);
 assert.deepEqual(make('aran.txt', aran, shapes, 'preview').stages, ['bake']);
+// The preview of a large chart is an edit of the last one of its gauge, the whole is not.
+const colourwork = (row) => `yarn A:\nyarn B:\n3: k14 [${row}]\n${[1, 2, 4, 5, 6, 7, 8].map((number) => `${number}: k14 [A14]\n`).join('')}`;
+const edits = new Map(), [first, edited, whole] = [['A6 B A7', 'run'], ['A6 B2 A6', 'preview'], ['A6 B2 A6', 'run']].map(([row, entry]) => make('edit.txt', colourwork(row), edits, entry));
+assert.deepEqual([first, edited, whole].map(({ status, stages }) => [status, stages[0]]), [[0, 'relax'], [0, 'bake'], [0, 'relax']]);
+check('edited.preview.exr', edited.bytes);
 for (const entry of ['preview', 'run']) {
   const { status, bytes, out } = make('bad.txt', '1: k2 q', undefined, entry);
   assert.deepEqual([status, bytes], [1, undefined]);

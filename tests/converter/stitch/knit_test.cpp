@@ -172,12 +172,14 @@ std::pair<int, int> crossings_of(const LoopLine& a, const LoopLine& b) {
   return counts;
 }
 
-RelaxResult rested(const KnitChart& chart, const DrawnKnit& knit, Progress progress = {}) {
+RelaxResult rested(const KnitChart& chart, const DrawnKnit& knit, Progress progress = {},
+                   const RestedKnit* last = nullptr) {
   RelaxOptions options;
   options.progress = std::move(progress);
   options.may_thin = true;
   options.parts = knit.parts;
   options.gauge_mm = {chart.wale_mm, chart.course_mm};
+  options.last = last;
   return relax(knit.pattern, options);
 }
 
@@ -398,6 +400,39 @@ TEST_CASE("cloths of the same loop lie beside plain knit as published and as kni
     CHECK(farthest >= cloth.min_slid);
     CHECK(rested(chart.knit, knit).pattern == relaxed.pattern);
   }
+}
+
+TEST_CASE("an edited knit rests as its chart says where it changed, and stays elsewhere") {
+  const auto chart_of = [](const std::string& row, const std::string& rest = "k14 [A14]") {
+    std::string text = "yarn A:\nyarn B:\n3: " + row;
+    for (const int number : {1, 2, 4, 5, 6, 7, 8, 9}) text += "\n" + std::to_string(number) + ": " + rest;
+    return test::need(read_chart(text, "")).knit;
+  };
+  const KnitChart chart = chart_of("k14 [A6 B A7]");
+  const DrawnKnit knit = draw_knit(chart, "");
+  const RestedKnit last{knit.pattern, knit.parts, rested(chart, knit)};
+  // Stitches of another colour, purled; and a row that loses its second yarn.
+  for (const char* row : {"k6 p2 k6 [A6 B2 A6]", "k6 p k7 [A14]"}) {
+    CAPTURE(row);
+    const KnitChart edited = chart_of(row);
+    const DrawnKnit drawn = draw_knit(edited, "");
+    const RelaxResult relaxed = rested(edited, drawn, {}, &last);
+    REQUIRE(relaxed.is_edit);
+    CHECK(passes_of(links_of(edited, {relaxed.pattern, relaxed.parts}), 14) ==
+          passes_of(expected(edited), 14));
+    const double overlap =
+        -test::need(minimum_clearance(relaxed.pattern, "")) / knit.pattern.yarns[0].radius_mm;
+    CHECK(overlap <= touching_overlap);
+    CHECK(relaxed.residual < 0.01);
+    const auto nodes = [](const RelaxResult& result) {
+      return result.pattern.yarns[result.pattern.yarns.size() - 3].segments;
+    };
+    for (std::size_t k = 0; k < nodes(relaxed).size(); ++k)
+      CHECK((nodes(relaxed)[k][0] - nodes(last.relaxed)[k][0]).length() < 1e-6);
+  }
+  const KnitChart other = test::need(read_chart("2: k\n1: p", "")).knit;
+  const DrawnKnit drawn = draw_knit(other, "");
+  CHECK(rested(other, drawn, {}, &last).pattern == rested(other, drawn).pattern);
 }
 
 TEST_CASE("the progress of a knit rises with its steps, so that it tells the time left") {
