@@ -32,11 +32,6 @@ std::shared_ptr<const ProductBases> shared_bases(const std::vector<const std::ve
 /// Half precision has 3 digits: a larger error cannot be due to rounding.
 constexpr float frame_tolerance = 0.01F;
 
-bool is_frame(const V3f& n, const V3f& t) {
-  return std::abs(n.length() - 1) <= frame_tolerance && std::abs(t.length() - 1) <= frame_tolerance &&
-         std::abs(n.dot(t)) <= frame_tolerance;
-}
-
 /// The values of a layer that are spread over the texels of level 0.
 std::vector<float> gathered(const FabricLevel& level, LayerKind kind) {
   const Layer& layer = level[kind];
@@ -132,8 +127,10 @@ void check_values(const FabricLevel& level, int level_index, LayerKind kind, con
   if (kind == LayerKind::frame) {
     for (std::size_t texel = 0; texel < texels; ++texel) {
       const auto& [n, t] = level.frame()[texel];
+      const float fault = std::max({std::abs(n.length() - 1), std::abs(t.length() - 1), std::abs(n.dot(t))});
       // Values that are not finite are reported above.
-      if (!std::isfinite(n.length2() + t.length2()) || is_frame(n, t) || ++count > max_named) continue;
+      if (!std::isfinite(n.length2() + t.length2()) || fault <= frame_tolerance || ++count > max_named)
+        continue;
       add("frame", texel, "normal and tangent are not unit and perpendicular");
     }
   }

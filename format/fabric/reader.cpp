@@ -48,11 +48,6 @@ void check_layer_part(const ExrReader& file, const FabricHeader& header, LayerKi
   }
 }
 
-std::uint64_t pixel_memory(const ExrPart& part, int level) {
-  return std::uint64_t{sizeof(float)} * part.channels.size() * level_size(part.width, level) *
-         level_size(part.height, level);
-}
-
 /// Sets a layer of the level from its pixels; checks digest and values.
 void decode_layer(const ExrPart& part, const ExrPixels& pixels, const FabricHeader& header, LayerKind kind,
                   int level_index, FabricLevel& level, IssueSink& sink) {
@@ -145,7 +140,9 @@ std::uint64_t FabricReader::peak_memory_bytes() const {
       const std::uint64_t copies = spread ? 3 : kind == LayerKind::opacity ? 2 : 1;
       for (int k = 0; part >= 0 && k < header_.levels; ++k) {
         if (!side.has(kind, spread ? k : side.texel_level(k))) continue;
-        const std::uint64_t bytes = pixel_memory(file_.parts()[part], k);
+        const ExrPart& stored = file_.parts()[part];
+        const std::uint64_t bytes = std::uint64_t{sizeof(float)} * stored.channels.size() *
+                                    level_size(stored.width, k) * level_size(stored.height, k);
         kept += copies * bytes;
         largest = std::max(largest, bytes);
       }

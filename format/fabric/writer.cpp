@@ -38,12 +38,6 @@ ExrPart data_part(const Fabric& fabric, LayerKind kind, const LayerShape& shape,
   return part;
 }
 
-ExrPart preview_part(const Fabric& fabric) {
-  ExrPart part = new_part(fabric, names::part_preview);
-  for (const char* channel : names::preview_channels) part.channels.push_back({channel});
-  return part;
-}
-
 void round_to_half(std::span<float> values) {
   for (float& value : values) value = Imath::half(value);
 }
@@ -161,7 +155,8 @@ Result<FabricParts> FabricParts::plan(const std::string& path, const Fabric& fab
   };
   if (auto ok = validate(fabric); !ok) return failed(ok.error());
   FabricHeader header;
-  FabricParts result{{preview_part(fabric)}, {}, {}};
+  FabricParts result{{new_part(fabric, names::part_preview)}, {}, {}};
+  for (const char* channel : names::preview_channels) result.parts[0].channels.push_back({channel});
   for (const Side side : all_sides) {
     const Fabric* const sided = side == Side::front ? &fabric : fabric.find_side(side);
     if (sided == nullptr) continue;

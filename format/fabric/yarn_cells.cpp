@@ -68,13 +68,6 @@ void for_each_cell(const Yarns::Segment& s, const CellSizes& sizes, const Add& a
   }
 }
 
-Yarns::Block empty_block() {
-  Yarns::Block block{};
-  block.min_z = std::numeric_limits<float>::max();
-  block.max_z = std::numeric_limits<float>::lowest();
-  return block;
-}
-
 /// Writes the segment into one lane of a block of the cell around `middle`.
 void put(const Yarns::Segment& s, const Copy& copy, const V2d& middle, std::size_t lane,
          Yarns::Block& block) {
@@ -174,8 +167,10 @@ Yarns::Grid Yarns::placed_in_cells() const {
                   std::numeric_limits<float>::lowest()};
       const V2d middle((x + 0.5) * sizes.cell.x, (y + 0.5) * sizes.cell.y);
       for (std::size_t i = 0; i < list.size(); ++i) {
-        if (i % yarn_block_size == 0) grid.blocks.push_back(empty_block());
-        Block& block = grid.blocks.back();
+        const bool begins = i % yarn_block_size == 0;
+        Block& block = begins ? grid.blocks.emplace_back() : grid.blocks.back();
+        if (begins) block.min_z = std::numeric_limits<float>::max();
+        if (begins) block.max_z = std::numeric_limits<float>::lowest();
         put(segments_[list[i].segment], list[i], middle, i % yarn_block_size, block);
         placed.min_z = std::min(placed.min_z, block.min_z);
         placed.max_z = std::max(placed.max_z, block.max_z);

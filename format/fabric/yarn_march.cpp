@@ -38,12 +38,6 @@ float wrapped(double value, float period) {
   return result < period ? result : 0;
 }
 
-/// squeezed() of yarn_section.h.
-template <std::size_t N>
-SELVEDGE_INLINE WideVec3<N> squeezed_lanes(const WideVec3<N>& p, const WideVec3<N>& squeeze) {
-  return p - squeeze * squeeze.dot(p);
-}
-
 /// A ray in the frames of N segments of a block, those from i on.
 template <std::size_t N>
 struct InRoundSections {
@@ -56,8 +50,9 @@ struct InRoundSections {
     if (block.has_flat_segment) {
       const Vec squeeze{Wide::load(&block.squeeze[0][i]), Wide::load(&block.squeeze[1][i]),
                         Wide::load(&block.squeeze[2][i])};
-      from = squeezed_lanes(from, squeeze);
-      d = squeezed_lanes(d, squeeze);
+      // As squeezed() of yarn_section.h.
+      from = from - squeeze * squeeze.dot(from);
+      d = d - squeeze * squeeze.dot(d);
     }
     const Vec axis{Wide::load(&block.axis[0][i]), Wide::load(&block.axis[1][i]),
                    Wide::load(&block.axis[2][i])};

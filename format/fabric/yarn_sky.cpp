@@ -50,12 +50,6 @@ SkyFactors seen_sky(const Yarns& yarns, const V3f& point, const V3f& normal, std
   return factors;
 }
 
-/// Mean over the surface of plies of the factor that files of earlier writers have.
-V3f mean_groove(const YarnCurve& curve) {
-  constexpr float mean_outward = 0.6F;
-  return V3f(1) + curve.plies.outward_gain * (curve.plies.count > 1 ? mean_outward : 0);
-}
-
 /// Coefficients of the functions of the angle, of all functions of light, that fit values at points best.
 class SkyFit {
  public:
@@ -149,7 +143,8 @@ std::vector<float> sky_transfer(const Yarns& yarns) {
                              V3f(weight > 0 ? weight * mean_gloss_albedo(curve.gloss.roughness) : 0)) *
                             std::numbers::inv_pi_v<float>;
     parallel_for(0, curve.stations, [&](int number) {
-      const V3f groove = mean_groove(curve);
+      // The mean over the surface of plies of the factor that files of earlier writers have.
+      const V3f groove = V3f(1) + curve.plies.outward_gain * (curve.plies.count > 1 ? 0.6F : 0);
       const std::size_t first = (station + number) * light_values_per_station;
       float* to = &result[first];
       const float* indirect = &data.station_light[first];

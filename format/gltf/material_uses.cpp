@@ -6,14 +6,6 @@
 #include "format/gltf/names.h"
 
 namespace selvedge {
-namespace {
-
-bool is_made_of_triangles(const Json& primitive) {
-  const Json& mode = member(primitive, "mode");
-  return mode.is_null() || index_of(mode) >= 4;
-}
-
-}  // namespace
 
 MaterialUses find_material_uses(const Json& json) {
   MaterialUses uses;
@@ -22,7 +14,8 @@ MaterialUses find_material_uses(const Json& json) {
     const Json& primitives = array_member(meshes[m], "primitives");
     for (std::size_t p = 0; p < primitives.size(); ++p) {
       const Json& primitive = primitives[p];
-      if (!is_made_of_triangles(primitive)) continue;
+      const Json& mode = member(primitive, "mode");
+      if (!mode.is_null() && index_of(mode) < 4) continue;  // points and lines
       const PrimitiveIndex place(static_cast<int>(m), static_cast<int>(p));
       uses[index_of(member(primitive, "material"))].insert(place);
       const Json& variants = member(member(primitive, "extensions"), names::gltf::variants);

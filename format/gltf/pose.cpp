@@ -82,9 +82,7 @@ std::vector<M44d> skin_matrices(GltfReader& reader, const Json& primitive, const
 void skin(const std::vector<M44d>& matrices, ScenePrimitive& vertices) {
   for (std::size_t v = 0; v < matrices.size(); ++v) {
     const M44d& m = matrices[v];
-    V3d point;
-    m.multVecMatrix(V3d(vertices.positions[v]), point);
-    vertices.positions[v] = V3f(point);
+    vertices.positions[v] = V3f(V3d(vertices.positions[v]) * m);
     const V3d x(m[0][0], m[0][1], m[0][2]);
     const V3d y(m[1][0], m[1][1], m[1][2]);
     const V3d z(m[2][0], m[2][1], m[2][2]);

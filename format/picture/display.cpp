@@ -31,12 +31,6 @@ const std::vector<std::uint8_t>& srgb_table() {
   return table;
 }
 
-std::uint8_t srgb_byte(const std::vector<std::uint8_t>& table, float value) {
-  // NaN becomes 0.
-  const float clipped = value > 0 ? std::min(value, 1.0F) : 0.0F;
-  return table[std::min(static_cast<int>(clipped * table_size), table_size - 1)];
-}
-
 /// Logarithms of colours in primaries of Rec. 2020 that are moved inwards, a curve over 16.5 stops about mid
 /// grey, and back; matrices act on rows. The curve is the polynomial of B. Wrensch, "Minimal AgX" (2023).
 V3f agx(const V3f& colour) {
@@ -113,7 +107,10 @@ void to_display_bytes(const Frame& frame, const DisplayOptions& options, std::ve
     for (std::size_t i = y * width; i < (y + 1) * width; ++i) {
       const V4f& p = frame.pixels[i];
       const V3f colour = premultiplied_colour(p, options) + background * (1 - p.w);
-      for (int c = 0; c < 3; ++c) bytes[4 * i + c] = srgb_byte(table, colour[c]);
+      for (int c = 0; c < 3; ++c) {
+        const float clipped = colour[c] > 0 ? std::min(colour[c], 1.0F) : 0.0F;  // NaN becomes 0
+        bytes[4 * i + c] = table[std::min(static_cast<int>(clipped * table_size), table_size - 1)];
+      }
       bytes[4 * i + 3] = 255;
     }
   });
