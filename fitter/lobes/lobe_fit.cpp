@@ -31,15 +31,6 @@ void move_state(const LobeBounds& bounds, const std::vector<double>& step, Chann
   }
 }
 
-/// A state with lobes of size 0.
-ChannelState diffuse_state(const TexelSamples& samples, int lobes) {
-  ChannelState state;
-  state.shapes.resize(lobes);
-  state.sizes.assign(lobes + 1, 0);
-  state.table.assign(samples.view_count, 1);
-  return state;
-}
-
 /// Searches from several starts for a few iterations, and continues the best of them to the end. Searches for
 /// more than two lobes start from the best result with one lobe less, because with more lobes the dictionary
 /// finds fewer of the good minima.
@@ -147,7 +138,10 @@ std::array<ChannelFit, 3> fit_texel(const TexelSamples& samples, const FitOption
   search.set_samples(samples);
   for (int c = 0; c < 3; ++c) {
     ChannelProblem problem(samples, c, options);
-    ChannelState best = diffuse_state(samples, options.lobes);
+    ChannelState best;  // with lobes of size 0
+    best.shapes.resize(options.lobes);
+    best.sizes.assign(options.lobes + 1, 0);
+    best.table.assign(samples.view_count, 1);
     problem.evaluate(best, turns);
     if (options.lobes > 0 && best.error > 1e-6 * problem.weighted_squared_radiance())
       search_lobes(problem, search, c, options.lobes, options, best);
