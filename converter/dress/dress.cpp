@@ -492,15 +492,6 @@ class Dresser {
   DressReport report_;
 };
 
-/// The files of the USD layer, staged; empty if no layer is wanted.
-std::vector<AtomicFile> stage_usd(const GltfDocument& document, const std::string& path,
-                                  const SceneLimits& limits, DressReport& report) {
-  if (path.empty()) return {};
-  const UsdFiles files = value_or_throw(usd_of(document, path, limits));
-  report.warnings.insert(report.warnings.end(), files.remarks.begin(), files.remarks.end());
-  return stage_files(files);
-}
-
 }  // namespace
 
 Result<DressReport> dress(const std::string& garment_path, const std::string& fabric_path,
@@ -517,7 +508,12 @@ Result<DressReport> dress(const std::string& garment_path, const std::string& fa
     DressReport report = Dresser(document, cloths, options, limits).dress();
     for (std::string& warning : outside_warnings(document, output_path))
       report.warnings.push_back(std::move(warning));
-    std::vector<AtomicFile> usd = stage_usd(document, options.usd_path, limits, report);
+    std::vector<AtomicFile> usd;
+    if (!options.usd_path.empty()) {
+      const UsdFiles files = value_or_throw(usd_of(document, options.usd_path, limits));
+      report.warnings.insert(report.warnings.end(), files.remarks.begin(), files.remarks.end());
+      usd = stage_files(files);
+    }
     if (!options.run_key.empty()) document.json["asset"]["extras"][run_key_member] = options.run_key;
     StagedGltf staged = value_or_throw(stage_gltf(std::move(document), output_path));
     report.bytes = staged.byte_count;

@@ -110,7 +110,8 @@ struct Keeper {
     if (replaces_color()) {
       if (vertex_colors) {
         parts.replaced.emplace_back(vertex_color);
-        drop_vertex_colors();
+        for (const PrimitiveIndex& place : places)
+          drop_attribute(primitive_at(document, place), vertex_color);
       }
       if (textured)
         parts.replaced.push_back(fmt::format("baseColorTexture \"{}\"", picture_name(scene, material)));
@@ -134,15 +135,6 @@ struct Keeper {
       return places.contains(PrimitiveIndex(p.mesh, p.primitive_index)) &&
              std::ranges::any_of(p.colors, [](const V4f& c) { return V3f(c.x, c.y, c.z) != V3f(1); });
     });
-  }
-
-  void drop_vertex_colors() {
-    for (const PrimitiveIndex& place : places) {
-      Json& worn = primitive_at(document, place);
-      worn["attributes"].erase(vertex_color);
-      if (!worn.contains("targets")) continue;
-      for (Json& target : worn["targets"]) target.erase(vertex_color);
-    }
   }
 
   /// Whether the texture can be a member of the extension; if not, there is a warning.
@@ -250,8 +242,7 @@ struct Keeper {
 
   void keep_normals() {
     if (!json.contains(normal_texture) || !fits(json[normal_texture], normal_texture)) return;
-    const Json info = json[normal_texture];
-    own()[normal_texture] = info;
+    own()[normal_texture] = Json(json[normal_texture]);
     parts.kept.emplace_back(normal_texture);
   }
 

@@ -118,7 +118,7 @@ class Unwrapper {
     if (attributes.contains("TANGENT") && !given.empty())
       tangents = tangents_of(reader, json, where + "/attributes", charts, positions, normals);
     const int tangent_type = type_of(member(attributes, "TANGENT"));
-    drop_tangents(json);
+    drop_attribute(json, "TANGENT");
     Columns mended = take_faulty_skin(reader, attributes, where + "/attributes", positions.size());
     const bool bent = given != normals && !given.empty() && type_of(attributes["NORMAL"]) == 5126;
     if (bent) attributes.erase("NORMAL");

@@ -48,10 +48,10 @@ int append_attribute_view(GltfDocument& document, const AccessorShape& shape,
   return append_view(document, rows, 34962, static_cast<int>(stride));
 }
 
-void drop_tangents(Json& primitive) {
-  primitive["attributes"].erase("TANGENT");
+void drop_attribute(Json& primitive, const char* semantic) {
+  primitive["attributes"].erase(semantic);
   if (!primitive.contains("targets")) return;
-  for (Json& target : primitive["targets"]) target.erase("TANGENT");
+  for (Json& target : primitive["targets"]) target.erase(semantic);
 }
 
 void set_bounds(Json& accessor, std::span<const float> values, int components) {

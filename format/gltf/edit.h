@@ -24,8 +24,8 @@ int append_attribute_view(GltfDocument& document, const AccessorShape& shape,
 int append_float_accessor(GltfDocument& document, std::span<const float> values, int components, bool bounds);
 int append_index_accessor(GltfDocument& document, std::span<const std::uint32_t> indices);
 
-/// Removes TANGENT from a primitive and its morph targets; the accessors stay.
-void drop_tangents(Json& primitive);
+/// Removes an attribute from a primitive and its morph targets; the accessors stay.
+void drop_attribute(Json& primitive, const char* semantic);
 
 /// Sets "min" and "max" of an accessor by its values.
 void set_bounds(Json& accessor, std::span<const float> values, int components);
