@@ -86,13 +86,6 @@ YarnData lit_yarns(const YarnCell& cell, const BakeOptions& o, const SamplesHead
   return stored;
 }
 
-double coverage_of(const Samples& samples) {
-  double sum = 0;
-  for (const ViewSamples& view : samples.views)
-    for (const float alpha : view.alpha) sum += static_cast<double>(alpha);
-  return sum / (static_cast<double>(samples.header.view_count()) * samples.header.texels());
-}
-
 /// Tells the fraction of the work that is done, in rays times lights.
 class ProgressMeter {
  public:
@@ -125,7 +118,9 @@ void finish(Baked& baked, const BakeOptions& o, const NoiseSum& noise, const Noi
   nlohmann::json text = provenance_json(samples.header.provenance);
   text["bake"]["noise"] = {{"samples", noise.relative_error()}, {"truth", held_out.relative_error()}};
   samples.header.provenance = text.dump();
-  report.coverage = coverage_of(samples);
+  for (const ViewSamples& view : samples.views)
+    for (const float alpha : view.alpha) report.coverage += static_cast<double>(alpha);
+  report.coverage /= static_cast<double>(samples.header.view_count()) * samples.header.texels();
   report.noise = noise.relative_error();
   report.truth_noise = held_out.relative_error();
   report.samples = samples.header.samples_per_texel;

@@ -16,25 +16,17 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 
-double angle_between(const V3d& a, const V3d& b) {
-  return std::acos(std::clamp(a.normalized().dot(b.normalized()), -1.0, 1.0));
-}
-
 constexpr double bend_step = 4 * degree;
 constexpr int max_steps = 12;
 /// A shape with fewer copies costs more than these bent.
 constexpr int fewest_copies = 8;
 
-/// Steps a mm to the side, and along each axis and across.
-V3d bends_of(const MeshShape& shape, const RepeatFrame& frame) {
-  const auto& [x, y, twist] = shape.bend;
-  return V3d(x / frame.period.x, y / frame.period.y, twist / std::sqrt(frame.period.x * frame.period.y)) *
-         bend_step;
-}
-
 /// By how much the normal of the shaped surface leans at a place of the repeat.
 V2d lean_at(const V3d& p, const MeshShape& shape, const RepeatFrame& frame) {
-  const V3d bends = bends_of(shape, frame);
+  const auto& [x, y, twist] = shape.bend;  // steps along each axis and across
+  const V3d bends =
+      V3d(x / frame.period.x, y / frame.period.y, twist / std::sqrt(frame.period.x * frame.period.y)) *
+      bend_step;
   const V2d from(p.x - frame.period.x / 2, p.y + frame.period.y / 2);
   return {bends.x * from.x + bends.z * from.y, bends.y * from.y + bends.z * from.x};
 }
@@ -199,7 +191,8 @@ class RepeatLayer {
     V3d up = (sides[3].position - sides[2].position) / period_.y;
     const V3d turn_along = sides[1].normal - sides[0].normal, turn_up = sides[3].normal - sides[2].normal;
     repeat.turn = std::max(turn_along.length(), turn_up.length());
-    repeat.shear = std::abs(std::numbers::pi / 2 - angle_between(along, up));
+    repeat.shear = std::abs(std::numbers::pi / 2 -
+                            std::acos(std::clamp(along.normalized().dot(up.normalized()), -1.0, 1.0)));
     repeat.shape.is_mirrored = cloth_.triangles[cells_[i].triangles.front()].is_mirrored;
     const double squareness = std::sqrt(period_.y / period_.x);
     const std::array<double, 3> bends{

@@ -97,8 +97,6 @@ BsdfSample sample_body(const YarnBrdf& surface, const V3d& view, const V2d& rand
   return {direction, V3d(body_of(surface, direction, view) * 2 * across * across / density)};
 }
 
-V3f aligned(const V3f& fibre, const V3f& reference) { return fibre.dot(reference) < 0 ? -fibre : fibre; }
-
 /// Turns the normal and the fibre (in its plane, or `fibre`) of a surface to the met strand, and changes its
 /// albedo or brightness. The normal stays on the ray's side. Of a hair only the albedo changes. Surfaces
 /// beside yarns, and points that no ray met, stay.
@@ -177,7 +175,8 @@ YarnBrdf brdf_at(const RayScene& scene, const SurfacePoint& point) {
     s.gloss.roughness += weight[i] * mesh.gloss[corner[i]].roughness;
     s.gloss.lustre += weight[i] * mesh.gloss[corner[i]].lustre;
     // The sign of a fibre has no meaning: corners are flipped to agree.
-    fibre += aligned(mesh.fibre_directions[corner[i]], mesh.fibre_directions[corner.x]) * weight[i];
+    const V3f& direction = mesh.fibre_directions[corner[i]];
+    fibre += direction * (direction.dot(mesh.fibre_directions[corner.x]) < 0 ? -weight[i] : weight[i]);
   }
   if (point.hair_point >= 0)
     fibre = mesh.hairs.points[point.hair_point + 1] - mesh.hairs.points[point.hair_point];

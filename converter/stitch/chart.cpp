@@ -26,9 +26,6 @@ struct Line {
   std::string value;
 };
 
-/// The same letter in upper or lower case.
-char other_case(char letter) { return static_cast<char>(letter ^ ('a' ^ 'A')); }
-
 constexpr const char* radius_parameter = "radius_mm";
 constexpr const char* albedo_parameter = "albedo";
 
@@ -236,7 +233,8 @@ class ChartReader {
                               : name.size() < 3 ? names_.size()
                                                 : name[2] - '0';
     if (has_head_yarns_ && name.size() > 1 && place < names_.size()) return place;
-    for (const std::string& called : {name, name.size() > 1 ? name : std::string(1, other_case(name[0]))})
+    for (const std::string& called :
+         {name, name.size() > 1 ? name : std::string(1, static_cast<char>(name[0] ^ ('a' ^ 'A')))})
       if (const auto found = std::ranges::find(names_, called); found != names_.end())
         return found - names_.begin();
     if (is_chart_ || has_head_yarns_)

@@ -76,10 +76,6 @@ double tex_of(double radius_mm, int kind, double packing) {
   return 1000 * pi * radius_mm * radius_mm * fibre_or_default(kind).density_g_per_cm3 * packing;
 }
 
-double radius_of_tex(double tex, int kind, double packing) {
-  return std::sqrt(tex / tex_of(1, kind, packing));
-}
-
 std::optional<int> find_yarn_kind(std::string_view name) {
   for (std::size_t k = 0; k < kinds.size(); ++k)
     if (name == kinds[k].name) return static_cast<int>(k);

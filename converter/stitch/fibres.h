@@ -40,9 +40,8 @@ YarnKind fibre_or_default(int kind);
 /// Fraction of fibre in the section of knitting yarn, whatever its fibre (spec/stitch.md, Textile numbers).
 inline constexpr double knit_packing = 0.235;
 
-/// Yarn count in tex (g/km) of a round yarn, and the inverse; `packing`: fraction of fibre in its section.
+/// Yarn count in tex (g/km) of a round yarn; `packing`: fraction of fibre in its section.
 double tex_of(double radius_mm, int kind, double packing);
-double radius_of_tex(double tex, int kind, double packing);
 
 /// Index into yarn_kinds(); nothing for other names.
 std::optional<int> find_yarn_kind(std::string_view name);

@@ -481,16 +481,6 @@ Weave corner_of(const Weave& weave, std::size_t yarns) {
   return corner;
 }
 
-/// Thins the yarns of a large weave as a part of it demands: all of them are relaxed once then. Returns the
-/// factor.
-double thin_as_corner(Weave& weave, const std::string& name, const RelaxOptions& options,
-                      const Relaxer& relaxer) {
-  const double part = relaxer(draw_weave(corner_of(weave, 12), name), options).radius_fraction;
-  for (auto* yarns : {&weave.warp, &weave.weft})
-    for (Yarn& yarn : *yarns) yarn.radius_mm *= part;
-  return part;
-}
-
 Result<FoundStitch> draft_in(const std::string& text, const std::string& path, const StitchSettings& settings,
                              const StartCallback& start, const Relaxer& relaxer) {
   auto draft = value_or_throw(read_wif(text, path));
@@ -511,7 +501,12 @@ Result<FoundStitch> draft_in(const std::string& text, const std::string& path, c
             found.min_texels, true, {draw_weave(draft.weave, name)}, start);
   constexpr std::size_t finely_relaxed = 144;  // crossings
   options.is_rough = draft.weave.warp_is_over.size() > finely_relaxed;
-  double thickness = options.is_rough ? thin_as_corner(draft.weave, name, options, relaxer) : 1;
+  double thickness = 1;
+  // A part of a large weave tells how thin its yarns have to be: all of them are relaxed once then.
+  if (options.is_rough)
+    thickness = relaxer(draw_weave(corner_of(draft.weave, 12), name), options).radius_fraction;
+  for (auto* yarns : {&draft.weave.warp, &draft.weave.weft})
+    for (Yarn& yarn : *yarns) yarn.radius_mm *= thickness;
   const StitchPattern drawn = draw_weave(draft.weave, name);
   // Relaxation makes thick yarns thinner.
   value_or_throw(validate(drawn, path, {.radius_periods = 8}));

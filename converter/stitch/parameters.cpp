@@ -207,10 +207,11 @@ std::optional<double> radius_from_tex(const StitchValues& values, const std::str
   if (!values.is_set(prefix + "tex")) return std::nullopt;
   const int kind = kind_of(values, prefix);
   const std::string packing = prefix + "packing";
-  return radius_of_tex(values.number(prefix + "tex"), kind,
-                       values.is_set(packing) ? values.number(packing)
-                       : woven(prefix)        ? fibre_or_default(kind).packing
-                                              : knit_packing);
+  const double tex_of_1_mm = tex_of(1, kind,
+                                    values.is_set(packing) ? values.number(packing)
+                                    : woven(prefix)        ? fibre_or_default(kind).packing
+                                                           : knit_packing);
+  return std::sqrt(values.number(prefix + "tex") / tex_of_1_mm);
 }
 
 void apply_settings(const StitchValues& values, const std::string& prefix, double shorter_mm, Yarn& yarn) {

@@ -54,13 +54,6 @@ int whole_in(const std::string& text, const std::string& place, int min, int max
   return static_cast<int>(*value);
 }
 
-/// Throws unless the text is a number >= 0; nothing for 0, which some programs write for "not given".
-std::optional<double> positive_in(const std::string& text, const std::string& place) {
-  const auto value = number_in(text);
-  if (!value || *value < 0) refuse_text(place, fmt::format("\"{}\" is not a number of at least 0", text));
-  return *value > 0 ? value : std::nullopt;
-}
-
 /// "[section] key", for messages.
 std::string place_of(const std::string& section, const std::string& key) {
   return fmt::format("[{}] {}", section, key);
@@ -334,8 +327,9 @@ WifSystem system_of(const WifSections& draft, const std::string& section, const 
       text[comma] = '.';
       remarks.insert("commas in lengths read as decimal points");
     }
-    const auto value = positive_in(text, place);
-    if (!value) return std::optional<double>();
+    const auto value = number_in(text);
+    if (!value || *value < 0) refuse_text(place, fmt::format("\"{}\" is not a number of at least 0", text));
+    if (*value == 0) return std::optional<double>();  // some programs write it for "not given"
     const double mm = *value * unit;
     if (mm < min_stitch_mm || mm > max_stitch_mm)
       refuse_text(place, fmt::format("must lie in {} to {} mm, is {}", min_stitch_mm, max_stitch_mm, mm));
@@ -498,13 +492,6 @@ std::vector<bool> drawdown_of(const WifSections& draft, int& warps, int& wefts,
   return over;
 }
 
-/// The length of the shortest prefix that the others repeat, at least twice; else their count.
-std::size_t shortest_period(const std::vector<std::size_t>& kinds) {
-  for (std::size_t period = 1; 2 * period <= kinds.size(); ++period)
-    if (std::equal(kinds.begin() + static_cast<long>(period), kinds.end(), kinds.begin())) return period;
-  return kinds.size();
-}
-
 Weave smallest_repeat(const WifSystem& warp, const WifSystem& weft, const std::vector<bool>& over) {
   const std::size_t warps = warp.yarns.size();
   const std::size_t wefts = weft.yarns.size();
@@ -520,7 +507,10 @@ Weave smallest_repeat(const WifSystem& warp, const WifSystem& weft, const std::v
       for (std::size_t c = 0; c < crossings; ++c) text += over[k * next + c * step] ? '#' : '-';
       kinds.push_back(known.try_emplace(std::move(text), known.size()).first->second);
     }
-    return shortest_period(kinds);
+    // The shortest prefix that the others repeat, at least twice.
+    for (std::size_t period = 1; 2 * period <= kinds.size(); ++period)
+      if (std::equal(kinds.begin() + static_cast<long>(period), kinds.end(), kinds.begin())) return period;
+    return kinds.size();
   };
   const std::size_t across = repeat_of(warp, wefts, warps, 1);
   const std::size_t up = repeat_of(weft, warps, 1, warps);

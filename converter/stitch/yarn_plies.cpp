@@ -29,11 +29,6 @@ V3d carried(const YarnStation& from, const YarnStation& to) {
   return turn2 == 0 ? across : across - turn * (2 * turn.dot(across) / turn2);
 }
 
-V3d any_across(const V3d& tangent) {
-  const V3d axis = std::abs(tangent.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
-  return (axis - tangent * axis.dot(tangent)).normalized();
-}
-
 using std::numbers::pi;
 
 std::vector<Yarn> plies_of(const Yarn& yarn, const V2d& period_mm, YarnStrands swells) {
@@ -111,12 +106,13 @@ YarnFrames frames_of(const Yarn& yarn, double step) {
   last.position = point_at(yarn.segments.back(), 1);
   last.arc_length = length + (last.position - stations.back().position).length();
   stations.push_back(last);
-  stations.front().across = any_across(stations.front().tangent);
+  const V3d& tangent = stations.front().tangent;
+  const V3d axis = std::abs(tangent.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
+  stations.front().across = (axis - tangent * axis.dot(tangent)).normalized();
   for (std::size_t i = 1; i < stations.size(); ++i)
     stations[i].across = carried(stations[i - 1], stations[i]);
   const V3d first = stations.front().across;
   const V3d last_across = stations.back().across;
-  const V3d tangent = stations.front().tangent;
   const double turned = std::atan2(first.cross(last_across).dot(tangent), first.dot(last_across));
   return {std::move(stations), turned};
 }
