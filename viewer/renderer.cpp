@@ -20,10 +20,6 @@ namespace {
 /// Surfaces behind each other that a frame may have, the mean over its pixels.
 constexpr int max_depth = 1024;
 
-Result<std::unique_ptr<GraphicsContext>> make_context(const RenderOptions& options) {
-  return options.context == ContextKind::egl ? make_egl_context() : make_osmesa_context();
-}
-
 // The functions below throw Failure.
 
 [[noreturn]] void refuse(const char* option, std::string reason) {
@@ -72,10 +68,6 @@ void check_paper_fabrics(const Scene& scene, const Materials& materials, const s
     if (finest.yarns())
       remarks.push_back(fmt::format("{}: --path paper draws level 0 in place of the yarn", name));
   }
-}
-
-bool is_white(const Tints& tints) {
-  return std::ranges::all_of(tints, [](const V3f& tint) { return tint == V3f(1, 1, 1); });
 }
 
 /// Composites the frame over the environment that the camera sees; the frame is opaque then.
@@ -230,7 +222,9 @@ struct Renderer::State {
     size = options;
     kind = options.path;
     for (const Fabric& fabric : fabrics) scene.fabrics.emplace_back(fabric);
-    context = own ? std::move(own) : value_or_throw(make_context(options));
+    context = own ? std::move(own)
+                  : value_or_throw(options.context == ContextKind::egl ? make_egl_context()
+                                                                       : make_osmesa_context());
     value_or_throw(context->make_current());
     gl = value_or_throw(load_gl_functions(*context));
     prepare_scene(source);
@@ -270,7 +264,8 @@ struct Renderer::State {
 
   void draw(const Camera& camera, const DrawOptions& options, std::span<const Tints> tints,
             std::span<Frame> frames, RenderStats& stats) {
-    if (tints.size() == 1 && is_white(tints[0])) tints = {};
+    if (tints.size() == 1 && std::ranges::all_of(tints[0], [](const V3f& tint) { return tint == V3f(1); }))
+      tints = {};
     stats = {};
     stats.triangles = static_cast<std::int64_t>(scene.mesh.triangles.size());
     value_or_throw(context->make_current());

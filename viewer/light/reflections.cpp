@@ -1,6 +1,7 @@
 #include "viewer/light/reflections.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <numbers>
@@ -101,6 +102,10 @@ Environment blurred(const Environment& picture, double roughness) {
   return result;
 }
 
+/// Fractions of environment_brdf(), [roughness][cosine].
+constexpr int environment_brdf_size = 32;
+using EnvironmentBrdfTable = std::array<V2f, std::size_t{environment_brdf_size} * environment_brdf_size>;
+
 EnvironmentBrdfTable make_fractions() {
   constexpr int samples = 24;  // along either side of a square
   EnvironmentBrdfTable fractions;
@@ -154,19 +159,14 @@ Reflections reflections_of(const Environment& environment) {
   return result;
 }
 
-const EnvironmentBrdfTable& environment_brdf_table() {
-  static const EnvironmentBrdfTable fractions = make_fractions();
-  return fractions;
-}
-
 V2f environment_brdf(float roughness, float cosine) {
   const auto place = [](float x) { return std::clamp(x, 0.0F, 1.0F) * (environment_brdf_size - 1); };
   const V2f at(place(roughness), place(cosine));
   const V2i low(std::min(static_cast<int>(at.x), environment_brdf_size - 2),
                 std::min(static_cast<int>(at.y), environment_brdf_size - 2));
   const V2f fraction = at - V2f(low);
-  const auto* fractions =
-      &environment_brdf_table()[static_cast<std::size_t>(low.x) * environment_brdf_size + low.y];
+  static const EnvironmentBrdfTable table = make_fractions();
+  const auto* fractions = &table[static_cast<std::size_t>(low.x) * environment_brdf_size + low.y];
   return (fractions[0] * (1 - fraction.y) + fractions[1] * fraction.y) * (1 - fraction.x) +
          (fractions[environment_brdf_size] * (1 - fraction.y) +
           fractions[environment_brdf_size + 1] * fraction.y) *

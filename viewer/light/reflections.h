@@ -2,7 +2,6 @@
 // seen in mirrors of every roughness, times the fraction of even light that a surface reflects.
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "format/picture/environment.h"
@@ -20,12 +19,8 @@ struct Reflections {
 /// Sums over all pixels, in half a processor second for a picture of 1024 x 512.
 Reflections reflections_of(const Environment& environment);
 
-/// The specular part of pbr_brdf() under even light of radiance 1 is f0 * x + y; [roughness][cosine to the
-/// viewer], both from 0 to 1.
-inline constexpr int environment_brdf_size = 32;
-using EnvironmentBrdfTable = std::array<V2f, std::size_t{environment_brdf_size} * environment_brdf_size>;
-const EnvironmentBrdfTable& environment_brdf_table();
-/// One of them, interpolated.
+/// The specular part of pbr_brdf() under even light of radiance 1 is f0 * x + y, by roughness and cosine to
+/// the viewer, both from 0 to 1; interpolated from a table.
 V2f environment_brdf(float roughness, float cosine);
 
 }  // namespace selvedge

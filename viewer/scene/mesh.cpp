@@ -19,12 +19,6 @@ struct PixelRange {
   int first = 0;
   int last = -1;
 };
-PixelRange pixels_within(float low, float high, int size) {
-  const float first = std::ceil(low - 0.5F - rounding);
-  const float last = std::floor(high - 0.5F + rounding);
-  return {static_cast<int>(std::clamp(first, 0.0F, static_cast<float>(size))),
-          static_cast<int>(std::clamp(last, -1.0F, static_cast<float>(size - 1)))};
-}
 
 class TriangleSieve {
  public:
@@ -57,8 +51,11 @@ class TriangleSieve {
   PixelRange range(const MergedTriangle& triangle, std::size_t axis, int size) const {
     const auto projected = [&](std::size_t k) { return corner(triangle, k)[axis] / corner(triangle, k)[2]; };
     const auto [low, high] = std::minmax({projected(0), projected(1), projected(2)});
-    const float centre = 0.5F * static_cast<float>(size);
-    return pixels_within(low + centre, high + centre, size);
+    const float length = static_cast<float>(size);
+    const float first = std::ceil(low + 0.5F * length - 0.5F - rounding);
+    const float last = std::floor(high + 0.5F * length - 0.5F + rounding);
+    return {static_cast<int>(std::clamp(first, 0.0F, length)),
+            static_cast<int>(std::clamp(last, -1.0F, length - 1))};
   }
 
   const ProjectedVertices& projected_;

@@ -12,12 +12,6 @@
 namespace selvedge {
 namespace {
 
-V3d transform_point(const V3f& p, const M44d& m) {
-  V3d result;
-  m.multVecMatrix(V3d(p), result);
-  return result;
-}
-
 constexpr double farthest_uv = 1e15;
 
 bool finite(const V3d& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
@@ -25,11 +19,6 @@ bool finite(const V3d& v) { return std::isfinite(v.x) && std::isfinite(v.y) && s
 const SceneMaterial* material_of(const Scene& scene, int material) {
   const bool exists = material >= 0 && static_cast<std::size_t>(material) < scene.materials.size();
   return exists ? &scene.materials[material] : nullptr;
-}
-
-SceneMaterial material_or_default(const Scene& scene, int material) {
-  const SceneMaterial* found = material_of(scene, material);
-  return found != nullptr ? *found : SceneMaterial{};
 }
 
 const std::vector<V2d>* coordinates_of(const ScenePrimitive& primitive, int set) {
@@ -106,7 +95,7 @@ Placed place(const Scene& scene, const SceneInstance& instance, const V3d& origi
   Placed placed;
   placed.position.reserve(primitive.positions.size());
   for (const V3f& p : primitive.positions) {
-    placed.position.push_back(transform_point(p, instance.world) - origin);
+    placed.position.push_back(V3d(p) * instance.world - origin);
     if (!finite(placed.position.back()))
       throw Failure{{Code::mesh_not_finite, scene.file, primitive.name, "a position is not finite"}};
   }
@@ -294,7 +283,8 @@ Result<std::vector<Surface>> build_surfaces(const Scene& scene, const V3d& origi
     for (const SceneInstance& instance : scene.instances) {
       const ScenePrimitive& primitive = scene.primitives[instance.primitive];
       if (primitive.indices.empty()) continue;
-      const SceneMaterial material = material_or_default(scene, primitive.material);
+      const SceneMaterial* const found = material_of(scene, primitive.material);
+      const SceneMaterial material = found != nullptr ? *found : SceneMaterial{};
       check(scene, primitive, material);
       const Placed placed = place(scene, instance, origin);
       const std::vector<int> charts = charts_of(primitive.indices, primitive.positions.size());

@@ -159,10 +159,6 @@ void PictureThread::post(const std::function<void(RenderUpdate&)>& change) {
   wake_();
 }
 
-void PictureThread::post_message(const std::string& message) {
-  post([&](RenderUpdate& update) { update.messages.push_back(message); });
-}
-
 void PictureThread::run() {
   for (;;) {
     std::vector<Task> tasks;
@@ -263,7 +259,7 @@ void PictureThread::draw_in_full() {
   if (!good) {
     // The small picture stays.
     stage_ = Stage::rest;
-    post_message(to_line(good.error()));
+    post([&](RenderUpdate& update) { update.messages.push_back(to_line(good.error())); });
     return;
   }
   if (interrupted_) {

@@ -135,7 +135,6 @@ class PictureThread {
   std::string write_garment(const std::string& stem);
   std::string show_garment(const std::string& path, const std::string& name, bool keeps_camera);
   void show(const std::optional<ShownGarment>& garment = {});
-  void post_message(const std::string& message);
   void post(const std::function<void(RenderUpdate&)>& change);
 
   // Shared by the window and the thread, under the mutex.
