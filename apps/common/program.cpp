@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <exception>
 #include <utility>
 
@@ -27,12 +26,6 @@ int check_output(int status) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return status;
   report_error({Code::file_unwritable, "standard output", "", std::strerror(errno)});
   return 1;
-}
-
-/// With --json on the command line, whether or not it was parsed.
-bool wants_json(int argc, const char* const* argv) {
-  return std::any_of(argv + 1, argv + argc,
-                     [](const char* word) { return std::strcmp(word, "--json") == 0; });
 }
 
 /// The first file, or other word, that a verb is given without a name of an option.
@@ -60,8 +53,6 @@ std::string names_of(const CLI::Option& option) {
   return names.empty() ? option.get_name() : fmt::format("{}", fmt::join(names, ", "));
 }
 
-bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
-
 /// Escapes text: a leading dot or quote would be a macro, and a typed dash is \-.
 std::string roff(const std::string& text) {
   std::string page;
@@ -81,7 +72,8 @@ std::string options_text(const CLI::App& verb) {
     page += fmt::format(".PP\n.I {}\n", roff(group));
     for (const CLI::Option* option : options) {
       page += fmt::format(".TP\n\\fB{}\\fR", roff(names_of(*option)));
-      if (takes_value(*option)) page += fmt::format(" \\fI{}\\fR", roff(option->get_type_name()));
+      if (option->get_items_expected_max() > 0)
+        page += fmt::format(" \\fI{}\\fR", roff(option->get_type_name()));
       page += fmt::format(
           "\n{}{}\n", roff(option->get_description()),
           option->get_default_str().empty() ? "" : roff(fmt::format(" [{}]", option->get_default_str())));
@@ -177,7 +169,8 @@ int Program::parse_and_run(int argc, const char* const* argv) {
     }
     if (error.get_exit_code() == 0) return app_->exit(error);
     const std::string fault = usage_fault(error.what());
-    if (wants_json(argc, argv)) {
+    // Whether or not the word was parsed.
+    if (std::any_of(argv + 1, argv + argc, [](std::string_view word) { return word == "--json"; })) {
       const auto verbs = app_->get_subcommands();
       fmt::print("{}", report_text(with_report_header(verbs.empty() ? "" : verbs.front()->get_name().c_str(),
                                                       {{"error",
@@ -191,7 +184,10 @@ int Program::parse_and_run(int argc, const char* const* argv) {
     return 2;
   }
   for (const auto& verb : verbs_) {
-    if (verb->options->app().parsed()) return run_verb(*verb);
+    Options& options = *verb->options;
+    if (!options.app().parsed()) continue;
+    const Result<int> status = status_of(*verb);
+    return status ? *status : refuse_run(options.common(), options.app().get_name(), status.error());
   }
   return 2;
 }
@@ -209,12 +205,6 @@ Result<int> Program::status_of(const Verb& verb) {
       return 1;
     }
   });
-}
-
-int Program::run_verb(const Verb& verb) {
-  const Result<int> status = status_of(verb);
-  return status ? *status
-                : refuse_run(verb.options->common(), verb.options->app().get_name(), status.error());
 }
 
 Result<Json> Program::call_verb(std::vector<std::string> words) {

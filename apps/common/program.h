@@ -56,7 +56,6 @@ class Program {
   Verb& add(const VerbText& text);
   int parse_and_run(int argc, const char* const* argv);
   Result<int> status_of(const Verb& verb);
-  int run_verb(const Verb& verb);
   std::string usage_fault(std::string fault) const;
 
   std::unique_ptr<CLI::App> app_;

@@ -1,7 +1,5 @@
 #include "apps/common/run_key.h"
 
-#include <filesystem>
-
 #include "format/base/atomic_file.h"
 #include "format/base/digest.h"
 #include "format/base/option_text.h"

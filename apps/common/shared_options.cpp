@@ -32,6 +32,7 @@ void add_camera(Options& options, CameraOptions& camera) {
                    "Parallel instead of perspective projection");
   options.vector("--look-at", camera.look_at, "X,Y,Z",
                  "Point at the picture's centre, metres (default: the scene's centre)");
+  options.number("--distance", camera.distance, "METRES", "Metres from that point");
   options.number("--zoom", camera.zoom, "FACTOR", "Narrow the frame by this factor");
   options.vector("--focus", camera.zoom_centre, "X,Y",
                  "Around this point of the frame; 0,0 is its top left, 1,1 its bottom right");

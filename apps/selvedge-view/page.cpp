@@ -59,15 +59,6 @@ std::string packed(std::span<const std::uint8_t> bytes) {
   return base64({result.data(), count});
 }
 
-/// A page without garments.
-std::string read_template(const std::string& name) {
-  return value_or_throw(read_file(shared_file(name)).map_error([](Error unread) {
-    unread.message =
-        "the page is part of the build where Node.js and the packages of tests/node are there (npm ci)";
-    return unread;
-  }));
-}
-
 /// Puts fabrics that are files of their own into the document.
 void embed_fabrics(GltfDocument& document) {
   const auto fabrics = value_or_throw(read_fabric_entries(document));
@@ -173,7 +164,12 @@ void add_page_output(Options& options, PageCommand& command) {
 }
 
 Result<int> write_page(const char* verb, const PageCommand& command, const std::string& elements) {
-  std::string page = read_template(fmt::format("{}.html", verb));
+  std::string page =
+      value_or_throw(read_file(shared_file(fmt::format("{}.html", verb))).map_error([](Error unread) {
+        unread.message =
+            "the page is part of the build where Node.js and the packages of tests/node are there (npm ci)";
+        return unread;
+      }));
   std::string scripts = environment_element(command) + elements;
   int garments = 0;
   for (const std::string& input : command.inputs) {

@@ -53,13 +53,9 @@ void show_times(const PanelInfo& info) {
   row("frame", "{:.1f} ms, {} x {}{}", 1e3 * frame, info.picture.width, info.picture.height,
       info.picture.size_divisor > 1 ? " (first)" : "");
   if (info.picture.accuracy_db > 0) row("before samples", "{:.1f} dB", info.picture.accuracy_db);
-  const std::initializer_list<std::pair<const char*, double>> parts{{"project", s.project_seconds},
-                                                                    {"shadows", s.shadow_seconds},
-                                                                    {"geometry", s.geometry_seconds},
-                                                                    {"read back", s.read_back_seconds},
-                                                                    {"evaluation", s.evaluation_seconds}};
-  for (const auto& [name, seconds] : parts) {
-    if (seconds <= 0) continue;
+  for (const auto& [name, member] : render_seconds) {
+    const double seconds = s.*member;
+    if (seconds <= 0 || member == &RenderStats::prepare_seconds) continue;  // of all frames so far
     ImGui::TextDisabled("%s", name);
     ImGui::SameLine(label_width());
     ImGui::ProgressBar(static_cast<float>(seconds / std::max(frame, 1e-9)),

@@ -76,14 +76,17 @@ class Series {
     if (shot.variants.size() * shot.frames.size() * command.outputs.size() > max_files)
       throw Failure{
           {Code::option_out_of_range, "", "--output", fmt::format("are more than {} files", max_files)}};
-    // All are opened before the work, so that an unwritable folder is reported first.
     if (command.streams()) return;
-    if (keeps_all()) return;
-    for (std::size_t v = 0; v < shot.variants.size(); ++v) {
+    for (std::size_t v = 0; v < shot.variants.size(); ++v)
       for (const ShotFrame& frame : shot.frames)
         for (const std::string& output : command.outputs)
-          paths_.push_back(files_.add(series_path(output, place_of(v, frame))).path());
-    }
+          paths_.push_back(series_path(output, place_of(v, frame)));
+    is_kept_ = !key_.empty() && std::ranges::all_of(paths_, [&](const std::string& path) {
+      return png_text(path, key_name) == key_;
+    });
+    if (is_kept_) return;
+    // All are opened before the work, so that an unwritable folder is reported first.
+    for (std::string& path : paths_) path = files_.add(path).path();
     for (std::size_t i = 0; i < paths_.size(); ++i) {
       if (!by_path_.emplace(file_identity(paths_[i]), i).second)
         throw Failure{{Code::option_out_of_range, "", "--output",
@@ -104,18 +107,6 @@ class Series {
  private:
   SeriesPlace place_of(std::size_t variant, const ShotFrame& frame) const {
     return {frame.name, frame.number, command_.has_variants() ? variant_names_[variant] : ""};
-  }
-
-  bool keeps_all() {
-    if (key_.empty()) return false;
-    std::vector<std::string> paths;
-    for (std::size_t v = 0; v < shot_.variants.size(); ++v)
-      for (const ShotFrame& frame : shot_.frames)
-        for (const std::string& output : command_.outputs)
-          paths.push_back(series_path(output, place_of(v, frame)));
-    is_kept_ =
-        std::ranges::all_of(paths, [&](const std::string& path) { return png_text(path, key_name) == key_; });
-    return is_kept_;
   }
 
   std::vector<VariantGroup> groups() const {
@@ -147,13 +138,11 @@ class Series {
     RenderOptions options = shot_.options;
     std::vector<Frame> pictures;
     for (ShotFrame& frame : shot_.frames) {
+      if (shot_.motion) pose(command_, shot_, frame, group.scene);
       if (shot_.motion && frame.time != time) {
-        pose(command_, shot_, frame, group.scene);
         wear(group.variants[0]);
         value_or_throw(renderer->replace(group.scene));
         time = frame.time;
-      } else if (shot_.motion) {
-        pose(command_, shot_, frame, group.scene);
       }
       std::vector<Tints> tints;
       for (const std::size_t variant : group.variants) {

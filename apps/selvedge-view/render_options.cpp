@@ -11,7 +11,6 @@ namespace selvedge {
 namespace {
 
 constexpr std::array<std::string_view, 3> context_names{"auto", "osmesa", "egl"};
-constexpr std::array contexts{ContextKind::automatic, ContextKind::osmesa, ContextKind::egl};
 
 void add_series(Options& options, RenderCommand& command) {
   options.begin_group("Many pictures (scenes)");
@@ -87,15 +86,6 @@ void check_render(const Options& options, const RenderCommand& command) {
                     "has no effect with --path paper, which shows no cell images", {"--image-memory"});
 }
 
-void add_drawing(Options& options, RenderCommand& command) {
-  options.choice("--path", path_names, command.render.path,
-                 "Finds triangles, and shades: OpenGL and the processor (hybrid), the "
-                 "processor (raster); paper: as published in 2001, in colours of 8 bits");
-  options.choice("--context", context_names,
-                 "OpenGL: Mesa's software rasteriser (the default, auto), or EGL's first device",
-                 [&command](std::size_t index) { command.render.context = contexts[index]; });
-}
-
 void add_swatch(Options& options, RenderCommand& command) {
   options.begin_group("Swatch (fabric files)");
   SwatchOptions& swatch = command.picture.swatch;
@@ -135,11 +125,14 @@ void declare_render(Options& options, RenderCommand& command) {
   options.number("--supersample", command.supersample, "N", "Instead: N x N rays a pixel");
   command.key.declare(options);
   add_input(options, picture);
-  add_drawing(options, command);
+  options.choice("--path", path_names, command.render.path,
+                 "Finds triangles, and shades: OpenGL and the processor (hybrid), the "
+                 "processor (raster); paper: as published in 2001, in colours of 8 bits");
+  options.choice("--context", context_names, command.render.context,
+                 "OpenGL: Mesa's software rasteriser (auto, osmesa), or EGL's first device");
   add_series(options, command);
   options.begin_group("Camera (scenes)");
   add_camera(options, picture.camera);
-  options.number("--distance", picture.camera.distance, "METRES", "Metres from that point");
   options.begin_group("Choices (scenes)");
   options.text("--camera", command.file_camera, "NAME|N",
                "A camera of the file, by name or number (default: one that shows all cloth)");

@@ -36,7 +36,6 @@ struct RenderCommand {
   bool has_top = false;               ///< one more, from above
   /// Whether the pictures go to standard output, as PNG files one after the other.
   bool streams() const { return outputs.size() == 1 && outputs[0] == "-"; }
-  bool has_frames() const { return turntable > 0 || frames.has_value(); }
   bool has_variants() const { return !variants.empty() || !fabrics.empty(); }
 };
 

@@ -38,7 +38,6 @@ void declare(Options& options, ShowCommand& command) {
       .writes();
   options.begin_group("Camera (scenes)");
   add_camera(options, picture.camera);
-  options.number("--distance", picture.camera.distance, "METRES", "Metres from that point");
   options.begin_group("Swatch (fabric files)");
   picture.swatch.repeats = V2i(4, 4);
   add_repeats(options, picture.swatch);

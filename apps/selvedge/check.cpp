@@ -25,11 +25,6 @@ void declare(Options& options, CheckCommand& command) {
   add_limits(options, command.limits);
 }
 
-std::string praise(std::size_t warnings) {
-  if (warnings == 0) return "good";
-  return fmt::format("good, {} warning{}", warnings, warnings == 1 ? "" : "s");
-}
-
 Result<int> run(const CheckCommand& command) {
   Json files = Json::array();
   std::string text;
@@ -55,7 +50,9 @@ Result<int> run(const CheckCommand& command) {
     Json entry = {{"file", escape_invalid_utf8(path)}, {"good", good}, {"issues", std::move(list)}};
     if (kind) entry["kind"] = name_of(*kind);
     files.push_back(std::move(entry));
-    if (good) text += fmt::format("{}: {}, {}\n", path, name_of(*kind), praise(warnings));
+    if (good) text += fmt::format("{}: {}, good", path, name_of(*kind));
+    if (good && warnings > 0) text += fmt::format(", {} warning{}", warnings, warnings == 1 ? "" : "s");
+    if (good) text += '\n';
   }
   report(command.common, "check", {{"good", all_good}, {"files", files}}, text);
   return all_good ? 0 : 1;

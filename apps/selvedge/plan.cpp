@@ -42,7 +42,6 @@ void declare(Options& options, PlanCommand& command) {
       "--camera", command.cameras, "NAME|N",
       "A camera of the file, by name or number; may be repeated (default: all cameras of the file, or "
       "one that shows everything)");
-  options.number("--distance", command.camera.distance, "METRES", "Metres from the point that is looked at");
   add_camera(options, command.camera);
   options.add_check([&options, &command] {
     const std::initializer_list<const char*> own{"--azimuth",      "--elevation", "--fov",
