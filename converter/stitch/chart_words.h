@@ -32,7 +32,7 @@ inline bool is_word_at(const Tokens& tokens, std::size_t i, const Words& words) 
 /// "3" or "3rd".
 std::optional<int> number_of(const Token& token);
 
-/// Why a word that patterns use says too little, and what says it; empty: it is none of these.
+/// Why a word that patterns use says too little, and what says it; empty: any other word.
 std::string_view advice_for(const std::string& word);
 
 /// The words of a line. Cables that are spelled out have their names: "2/2lc".

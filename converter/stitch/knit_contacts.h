@@ -18,7 +18,7 @@ constexpr double contact_stiffness = 4;
 constexpr double free_height = 3.3;
 /// Pairs within this many radii of touching are kept in a list.
 constexpr double search_margin = 2;
-/// What rounding may take of the distance at which pairs need no look, in radii.
+/// Radii that rounding may take of the distance at which pairs need no look.
 constexpr double apart_margin = 1e-3;
 
 template <class Visit>

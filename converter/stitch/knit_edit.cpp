@@ -23,15 +23,16 @@ struct DrawnParts {
       for (const KnitPart& part : chain) first.back().push_back(first.back().back() + part.segments);
     }
   }
-  bool are_equal(std::size_t chain, std::size_t part, const DrawnParts& other, std::size_t of) const {
+  bool are_equal(std::size_t chain, std::size_t part, const DrawnParts& other,
+                 std::size_t other_chain) const {
     const KnitPart& a = parts[chain][part];
-    const KnitPart& b = other.parts[of][part];
+    const KnitPart& b = other.parts[other_chain][part];
     const auto at = [part](const DrawnParts& drawn, std::size_t c) {
       return drawn.pattern.yarns[c].segments.begin() + static_cast<std::ptrdiff_t>(drawn.first[c][part]);
     };
     return a.is_loop == b.is_loop && a.length_mm == b.length_mm && a.segments == b.segments &&
            std::equal(at(*this, chain), at(*this, chain) + static_cast<std::ptrdiff_t>(a.segments),
-                      at(other, of));
+                      at(other, other_chain));
   }
   const StitchPattern& pattern;
   const std::vector<std::vector<KnitPart>>& parts;
@@ -42,18 +43,18 @@ struct DrawnParts {
 int match(const DrawnParts& now, std::size_t chain, const DrawnParts& last, std::vector<char>& equal) {
   constexpr int away = 24;
   int best = -1;
-  std::ptrdiff_t most = 0;
+  std::ptrdiff_t best_count = 0;
   const auto count = static_cast<int>(last.parts.size());
   const int begin = std::max(0, static_cast<int>(chain) - away);
-  for (int of = begin; of < std::min(count, static_cast<int>(chain) + away); ++of) {
-    if (last.parts[of].size() != now.parts[chain].size()) continue;
+  for (int k = begin; k < std::min(count, static_cast<int>(chain) + away); ++k) {
+    if (last.parts[k].size() != now.parts[chain].size()) continue;
     std::vector<char> here;
     for (std::size_t p = 0; p < now.parts[chain].size(); ++p)
-      here.push_back(now.are_equal(chain, p, last, of) ? 1 : 0);
+      here.push_back(now.are_equal(chain, p, last, k) ? 1 : 0);
     const auto same = std::ranges::count(here, 1);
-    if (same <= most) continue;
-    most = same;
-    best = of;
+    if (same <= best_count) continue;
+    best_count = same;
+    best = k;
     equal = here;
   }
   return best;
@@ -78,7 +79,7 @@ std::vector<V3d> points_of(const std::vector<BezierSegment>& segments, const V3d
 
 }  // namespace
 
-/// What edit() knows of both knits.
+/// Points and parts of both knits, as edit() needs them.
 struct KnitCloth::Kept {
   std::vector<V3d> drawn, rest;            ///< points
   std::vector<char> known;                 ///< of points: whether they have a rest
@@ -103,17 +104,18 @@ bool KnitCloth::take_rest(const DrawnKnit& knit, const RestedKnit& last, Kept& k
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     Chain& chain = chains_[c];
     std::vector<char> equal(chain.parts.size(), 0);
-    const int of = match(now, c, then, equal);
+    const int found = match(now, c, then, equal);
     // Else its pieces are others.
-    if (of >= 0 && (std::abs(rested.yarns[of].radius_mm / (thin_ * chain.radius) - 1) > 1e-9 ||
-                    last.drawn.yarns[of].flattening != knit.pattern.yarns[c].flattening ||
-                    rested.yarns[of].squeezes.empty() == chain.soft))
+    if (found >= 0 && (std::abs(rested.yarns[found].radius_mm / (thin_ * chain.radius) - 1) > 1e-9 ||
+                       last.drawn.yarns[found].flattening != knit.pattern.yarns[c].flattening ||
+                       rested.yarns[found].squeezes.empty() == chain.soft))
       return false;
     std::vector<V3d> old;
     std::vector<std::size_t> first{0};
-    if (of >= 0) {
-      old = points_of(rested.yarns[of].segments, way(chain));
-      for (const KnitPart& part : last.relaxed.parts[of]) first.push_back(first.back() + part.segments / 2);
+    if (found >= 0) {
+      old = points_of(rested.yarns[found].segments, way(chain));
+      for (const KnitPart& part : last.relaxed.parts[found])
+        first.push_back(first.back() + part.segments / 2);
     }
     for (std::size_t p = 0; p < chain.parts.size(); ++p) {
       Part& part = chain.parts[p];
@@ -128,7 +130,7 @@ bool KnitCloth::take_rest(const DrawnKnit& knit, const RestedKnit& last, Kept& k
         kept.known[i] = 1;
         moved += (rest[i] - drawn[i]) * each;
         if (!chain.soft) continue;
-        const V3d& squeeze = rested.yarns[of].squeezes[2 * k + 1];
+        const V3d& squeeze = rested.yarns[found].squeezes[2 * k + 1];
         const double wide2 = 1 / (1 - squeeze.length2());
         const V3d widest = squeeze.normalized();
         const V3d thinnest = (rest[i] - old[k > 0 ? k - 1 : k + 1]).normalized().cross(widest).normalized();

@@ -107,7 +107,7 @@ function drawn(mesh, transparent) {
   assert.equal(mesh.geometry.index, index);
   return sorted;
 }
-/** By how much triangles lie out of order, of a cube of 1: those of a cluster stay together. */
+/** By how much triangles lie out of order, of a cube of 1: the triangles of a cluster stay together. */
 function disorder(mesh, { array }, transparent) {
   const depths = Array.from({ length: array.length / 3 }, (_, t) => [0, 1, 2].reduce((sum, k) => sum + mesh.getVertexPosition(array[3 * t + k], viewer.position.clone()).applyMatrix4(mesh.matrixWorld).z / 3, 0) * (transparent ? 1 : -1));
   let far = -Infinity;

@@ -6,7 +6,7 @@ import {DataArrayTexture, LinearFilter, RGFormat, Vector2, Vector4} from 'three'
 const MAX_ROWS = 1024, MAX_LENGTHS = 2048, MAX_LAYERS = 64;
 /** Texels of all lattices, of which coordinates far away would want more. */
 const MAX_TEXELS = 2 ** 24;
-/** The run of each lattice (variation() of cells.js), the coordinate along it, the key of its rows, and that of areas. */
+/** The run of each lattice (variation() of cells.js), the coordinate along it, the key of its rows, and the key of areas. */
 const LATTICES = [[0, 0, 0, 1], [1, 1, 2, 3], [2, 0, 4], [3, 1, 5]];
 /** Weights of areas at the rows and at the lengths of one, which there are 8 and 4 of: of its own noise and of the next one's. */
 const WEIGHTS = [8, 4].map((size) => Array.from({length: size}, (_, i) => {

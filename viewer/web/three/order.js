@@ -69,7 +69,7 @@ export function sort_triangles(object, geometry, camera, {displacementMap, trans
   let surface = surfaces.get(geometry);
   if (made_of.some((part, i) => part !== surface?.made_of[i])) surfaces.set(geometry, surface = surface_of(geometry, made_of));
   const {corners, firsts, spheres, bones, sorted, seen, depths, ends} = surface, rows = depth_rows(object, camera), to = sorted.array;
-  // Without holes any order shows the same: another one where the view, of skins that of their first bone, has turned far.
+  // Without holes any order shows the same: another one where the view, of skins their first bone, has turned far.
   const now = transparent ? `${rows} ${to_clip.elements}` : new Vector3(...rows[0]).normalize();
   if (transparent ? now === surface.last : now.dot(surface.last) > TURNED) return true;
   surface.last = now;
