@@ -143,7 +143,8 @@ async function show(bytes, is_over, is_whole = true) {
   return new Promise((end) => {
     const look = () => {
       if (!is_over() && !is_shown()) {
-        if (!is_as_large) view.prepare();
+        // Garments of a preview that was not seen are not ready to be drawn yet, though the fabric is as large.
+        view.prepare();
         if (!is_shown()) return;
       }
       clearInterval(timer);
