@@ -104,7 +104,7 @@ void pass(RestedKnit& knit, Numbers& all) {
 
 /// relax(); of many stitches and roughly from the last knit of the same kind, if there is one, which this is
 /// then.
-RelaxResult relaxed_next(const StitchPattern& pattern, RelaxOptions options) {
+RelaxResult relax_from_last(const StitchPattern& pattern, RelaxOptions options) {
   constexpr std::size_t many_stitches = 100;
   std::size_t stitches = 0;
   for (const auto& parts : options.parts) stitches += parts.size();
@@ -141,7 +141,7 @@ RelaxResult relaxed_once(const StitchPattern& pattern, const RelaxOptions& optio
     pass(relaxed, all);
     return relaxed;
   }
-  RelaxResult relaxed = relaxed_next(pattern, options);
+  RelaxResult relaxed = relax_from_last(pattern, options);
   Numbers all;
   pass(relaxed, all);
   const std::string bytes = all.bytes();

@@ -51,7 +51,7 @@ std::string recipe_text(const Json& recipe) {
     if (option == "set")
       for (const auto& [name, number] : value.items())
         add(" --set " + shell_word(name + fill_pattern("={}", number)));
-    else if (std::ranges::count(recipe_options, option) > 0)
+    else if (std::ranges::count(recipe_option_names, option) > 0)
       add(" " + shell_word("--" + option) +
           (value == "true" ? "" : " " + shell_word(fill_pattern("{}", value))));
   }

@@ -210,7 +210,7 @@ void add_recipe(Options& options, MakeCommand& command) {
       const std::size_t equals = setting.find('=');
       command.recipe["set"][setting.substr(0, equals)] = recipe_value(setting.substr(equals + 1));
     }
-    for (const std::string name : recipe_options)
+    for (const std::string name : recipe_option_names)
       for (const std::string& text : options.given_texts(("--" + name).c_str()))
         command.recipe[name] = recipe_value(text);
     for (const std::string& text : options.given_texts("--float"))

@@ -164,7 +164,7 @@ Result<int> run(const StitchCommand& command) {
 }  // namespace
 
 Json stitches_for_pages() {
-  Json known = {{"kinds", Json::array()}, {"stitches", Json::array()}, {"options", recipe_options}};
+  Json known = {{"kinds", Json::array()}, {"stitches", Json::array()}, {"options", recipe_option_names}};
   for (const StitchInfo& info : built_in_stitches()) known["stitches"].push_back(to_json(info));
   for (const YarnKind& kind : yarn_kinds()) known["kinds"].push_back(kind.name);
   return known;

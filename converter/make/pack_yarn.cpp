@@ -15,7 +15,7 @@ using FloatMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::
 
 /// Makes numbers of a station's values whose squares add up to the mean square of its radiance over angles
 /// and lights: the functions of the light are far from perpendicular. Upper triangular.
-Matrix radiance_root(double moment_weight) {
+Matrix mean_square_factor(double moment_weight) {
   constexpr int count = yarn_light_function_count;
   Matrix products = Matrix::Zero(count, count);
   const DirectionGrid lights{16, 16};
@@ -64,10 +64,10 @@ bool pack_light(const YarnData& yarn, YarnPacking& packing) {
     squares += all.transpose() * all;
     stations += static_cast<double>(all.rows());
   }
-  const Matrix plain = radiance_root(0);
+  const Matrix plain = mean_square_factor(0);
   const double mean = std::sqrt((plain * squares * plain.transpose()).trace() / stations);
   if (!(mean > 0)) return false;
-  const Matrix root = radiance_root(moment_of_mean * mean);
+  const Matrix root = mean_square_factor(moment_of_mean * mean);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> found(root * squares * root.transpose());
   const double step = step_of_mean * mean;
   const double enough = min_mean_square * step * step * stations;

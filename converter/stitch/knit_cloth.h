@@ -124,7 +124,7 @@ class KnitCloth {
 
   // knit_edit.cpp: what stays.
   struct Kept;
-  bool take_rest(const DrawnKnit& knit, const RestedKnit& last, Kept& kept);
+  bool adopt_rest(const DrawnKnit& knit, const RestedKnit& last, Kept& kept);
   void hold(const DrawnKnit& knit, const std::vector<V3d>& rest, const std::vector<char>& known);
   bool is_still(std::uint32_t i) const { return !active_.empty() && active_[i] == 0; }
 

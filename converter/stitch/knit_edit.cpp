@@ -9,8 +9,8 @@ namespace {
 
 /// Stitches from a changed one up to which yarn begins as it is drawn, and from which on it stays at rest.
 /// Between, it begins between both: yarns that are drawn through each other are so all along that way.
-constexpr double drawn_reach = 1.2;
-constexpr double still_reach = 3;
+constexpr double drawn_distance = 1.2;
+constexpr double rest_distance = 3;
 /// More of the cloth comes to rest as a whole.
 constexpr double max_active_fraction = 0.75;
 
@@ -88,7 +88,7 @@ struct KnitCloth::Kept {
 };
 
 /// Takes the period and what rests; false: the yarn is other yarn.
-bool KnitCloth::take_rest(const DrawnKnit& knit, const RestedKnit& last, Kept& kept) {
+bool KnitCloth::adopt_rest(const DrawnKnit& knit, const RestedKnit& last, Kept& kept) {
   const V2d drawn_period = period_;
   const StitchPattern& rested = last.relaxed.pattern;
   if (last.drawn.period_mm != drawn_period) return false;
@@ -150,7 +150,7 @@ bool KnitCloth::take_rest(const DrawnKnit& knit, const RestedKnit& last, Kept& k
 
 bool KnitCloth::edit(const DrawnKnit& knit, const RestedKnit& last, const V2d& gauge) {
   Kept kept;
-  if (!take_rest(knit, last, kept)) return false;
+  if (!adopt_rest(knit, last, kept)) return false;
   const auto& [drawn, rest, known, moves, changed] = kept;
   const std::size_t count = points_.size();
   // In stitches, to the nearest copy.
@@ -163,7 +163,7 @@ bool KnitCloth::edit(const DrawnKnit& knit, const RestedKnit& last, const V2d& g
     }
     return sum;
   };
-  std::vector<double> away(count, still_reach);
+  std::vector<double> away(count, rest_distance);
   for (std::uint32_t i = 0; i < count; ++i)
     for (const V3d& place : changed) away[i] = std::min(away[i], std::sqrt(distance2(drawn[i], place)));
   active_.assign(count, 0);
@@ -171,7 +171,7 @@ bool KnitCloth::edit(const DrawnKnit& knit, const RestedKnit& last, const V2d& g
   for (Chain& chain : chains_) {
     for (Part& part : chain.parts) {
       const bool moves_on =
-          *std::min_element(away.begin() + part.begin, away.begin() + part.end) < still_reach;
+          *std::min_element(away.begin() + part.begin, away.begin() + part.end) < rest_distance;
       if (!moves_on) continue;
       std::fill(active_.begin() + part.begin, active_.begin() + part.end, 1);
       active += part.end - part.begin;
@@ -183,7 +183,8 @@ bool KnitCloth::edit(const DrawnKnit& knit, const RestedKnit& last, const V2d& g
   }
   for (std::uint32_t i = 0; i < count; ++i) {
     const double still =
-        known[i] != 0 ? std::clamp((away[i] - drawn_reach) / (still_reach - drawn_reach), 0.0, 1.0) : 0;
+        known[i] != 0 ? std::clamp((away[i] - drawn_distance) / (rest_distance - drawn_distance), 0.0, 1.0)
+                      : 0;
     points_[i] = rest[i];
     if (still == 1) continue;
     V3d sum(0);

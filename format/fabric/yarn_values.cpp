@@ -61,7 +61,7 @@ int whole(float value, int min, int max) {
 }
 
 /// Appends each value of a station over all stations, or functions.
-void append_over_all(const std::vector<float>& light, std::vector<float>& values) {
+void append_by_value(const std::vector<float>& light, std::vector<float>& values) {
   for (std::size_t i = 0; i < light_values_per_station; ++i)
     for (std::size_t first = i; first < light.size(); first += light_values_per_station)
       values.push_back(light[first]);
@@ -106,14 +106,14 @@ std::vector<float> curve_values(const YarnData& data) {
       append(curve.squeezes, packed_squeeze_step, false);
     });
   }
-  append_over_all(packing.functions, values);
+  append_by_value(packing.functions, values);
   return values;
 }
 
 std::vector<float> indirect_values(const YarnData& data, bool through) {
   if (data.packing.step > 0) return through ? data.packing.factors_through : data.packing.factors;
   std::vector<float> values;
-  append_over_all(through ? data.light_through : data.station_light, values);
+  append_by_value(through ? data.light_through : data.station_light, values);
   return values;
 }
 
