@@ -135,7 +135,9 @@ async function show(bytes, is_over, is_whole = true) {
   }
   if (is_as_large) cell_images.replace(last, fabric);
   else {
-    fabrics.push(fabric);
+    // Previews that were not seen would take the room of its images.
+    const seen = [...view.materials].map(({garment}) => garment?.fabric);
+    fabrics = [...fabrics.filter((other) => seen.includes(other) || other.dispose()), fabric];
     view.prepare();
   }
   const is_shown = () => cell_images.shows(shown) &&
@@ -149,8 +151,6 @@ async function show(bytes, is_over, is_whole = true) {
       }
       clearInterval(timer);
       cell_images.removeEventListener('change', look);
-      // Images of a fabric may be shown until the one after the next asks for its own.
-      if (fabrics.length > 2) fabrics.shift().dispose();
       if (is_over()) return end(false);
       view.drawn().then(() => end(!is_over()));
     };

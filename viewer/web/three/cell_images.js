@@ -160,7 +160,8 @@ class CellImages extends EventDispatcher {
     }
     // Other fabrics of the object that no material shows any more.
     for (const [old, garment] of all) {
-      if (old === key || ['asked', 'waiting'].includes(garment.state) || [...garment.materials].some((one) => one.garment === garment)) continue;
+      const is_coming = ['asked', 'waiting'].includes(garment.state) && garment.fabric.number !== null;
+      if (old === key || is_coming || [...garment.materials].some((one) => one.garment === garment)) continue;
       this.#remove(garment);
       all.delete(old);
     }
