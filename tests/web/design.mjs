@@ -108,7 +108,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
     await page.locator(`#set_${name}`).press('Enter');
   };
   const open = (name) => page.getByText(name, { exact: true }).click();
-  const choose = (stitch) => () => page.getByRole('radio', { name: stitch, exact: true }).check({ force: true });
+  const choose = (stitch) => () => page.getByRole('radio', { name: stitch, exact: true }).locator('..').click();
 
   // A beginner has few controls; the others come by a switch, and names find stitches.
   const controls = () => page.evaluate(() => [...document.querySelectorAll('button, select, textarea, summary, input:not([type=radio])')].filter((control) => control.checkVisibility()).length);

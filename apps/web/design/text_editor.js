@@ -88,7 +88,7 @@ export class TextEditor {
   async #put(cells, sign) {
     const [{dataset: {at}}] = cells, label = cells[0].closest('[role=grid]').ariaLabel;
     await this.#edit((all, now) => cells.reduce((edited, cell) => cell.edited(edited, now, sign), all));
-    grid.querySelector(`[aria-label="${label}"] [data-at="${at}"]`)?.focus();
+    grid.querySelector(`[aria-label="${label}"] [data-at="${at}"]`)?.focus({preventScroll: true});
   }
   #end_stroke(puts) {
     const cells = this.#stroke.splice(0);
