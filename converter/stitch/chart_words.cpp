@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "converter/stitch/chart.h"
 #include "converter/stitch/chart_stitches.h"
 #include "format/base/option_text.h"
 

@@ -1,12 +1,15 @@
 // Words of a row of a knitting chart or of written instructions (chart_rows.h).
 #pragma once
 
+#include <cctype>
+#include <cstddef>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "converter/stitch/chart_rows.h"
 #include "converter/stitch/text_fault.h"
 
 namespace selvedge {
