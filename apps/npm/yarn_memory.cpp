@@ -157,6 +157,7 @@ RelaxResult relaxed_roughly(const StitchPattern& pattern, const RelaxOptions& gi
   relaxed.radius_fraction = 1;
   relaxed.has_settled = true;
   relaxed.stretch = 0;
+  relaxed.residual = 0;
   return relaxed;
 }
 

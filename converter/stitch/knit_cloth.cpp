@@ -19,7 +19,7 @@ using std::numbers::pi;
 constexpr double piece_radii = 0.75;
 constexpr double chord_gap = 0.006;
 /// Loops that one tile of the Hessian holds; fewer than the second are not cut.
-constexpr double loops_a_tile = 64;
+constexpr double loops_a_tile = 16;
 constexpr double max_loops_a_tile = 128;
 /// Friction of yarn that slides from a loop into the next: slid yarn, in loops, times this is the difference
 /// of tensions that it bears, in units of bending stiffness by radius squared (chosen). Sweeps of Jacobi's

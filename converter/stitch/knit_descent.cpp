@@ -86,6 +86,8 @@ void KnitCloth::rest(const ClothGoal& goal) {
     set_radii();
     converge(steps_between_factors);
   }
+  // Thinner yarn comes to rest anew.
+  if (thin_ < 1 && residual_ > max_rest_residual) converge(2 * goal.max_steps);
 }
 
 /// Stretches the cloth to this repeat.
@@ -126,8 +128,11 @@ void KnitCloth::converge(int max_steps, int pressing_steps) {
       ++since_factor;
       continue;
     }
-    // Nothing better along the way: a new factor, once.
-    if (history_.empty() && since_factor == 0 && rested >= 0) break;
+    // Nothing better along the way: a new factor, once. Then what its quadratic model would free is left.
+    if (history_.empty() && since_factor == 0 && rested >= 0) {
+      residual_ = -0.5 * descent().dot(gradient_) / value;
+      return;
+    }
     history_.clear();
     since_factor = steps_between_factors;
   }

@@ -415,6 +415,10 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
     found.plain_mm = {values.number("wale_mm"), values.number("course_mm")};
     found.steps_to_rest = result.steps;
     found.rest_residual = result.residual;
+    if (result.residual > max_rest_residual)
+      found.remarks.push_back(fmt::format(
+          "the knit was stopped before its rest: its last 20 of {} steps still freed {:.1f} % of its energy",
+          result.steps, 100 * result.residual));
     for (Yarn& yarn : found.pattern.yarns)
       yarn.hair_mm = std::min(yarn.hair_mm, 0.99 * shorter_period(found.pattern) / max_hair_length_ratio);
   }

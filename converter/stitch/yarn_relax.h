@@ -18,6 +18,8 @@ namespace selvedge {
 
 /// Maximum overlap of neighbouring yarns, in radii, that counts as touching.
 constexpr double touching_overlap = 0.02;
+/// Fraction of a knit's energy that its last steps may free at rest.
+constexpr double max_rest_residual = 0.01;
 
 struct RestedKnit;
 
@@ -60,7 +62,7 @@ struct RelaxResult {
   V2d free_mm{0, 0};                           ///< of a knit: size of its repeat, left to itself
   double stretch = 0;                          ///< of a knit: of the yarn that is longest beside its loops
   int steps = 0;                               ///< of a knit
-  double residual = 0;   ///< of a knit: fraction of the energy that the last steps freed
+  double residual = 0;   ///< of a knit: fraction of the energy that the last steps freed, or one more would
   bool is_edit = false;  ///< stays as RelaxOptions::last, but for some stitches
 };
 
