@@ -8,9 +8,11 @@
 
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
+#include "converter/make/recolour.h"
 #include "converter/stitch/text_fault.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
+#include "format/base/progress.h"
 
 namespace selvedge {
 namespace {
@@ -322,6 +324,30 @@ FitOutcome fit_samples(const Samples& samples, const MakeCommand& command) {
   return fitted;
 }
 
+/// The fabric of --from in the colours of the stitch. Throws Failure.
+MadeFabric recoloured(const MakeCommand& command) {
+  const Stopwatch watch;
+  const Fabric last = value_or_throw(read_fabric(command.from_path));
+  CellOptions options = command.cell;
+  options.needs_stitch_mesh = false;
+  TerminalProgress relaxation("relax", command.common.quiet);
+  options.progress = relaxation.callback();
+  const Cell cell = value_or_throw(find_cell(command.input, options));
+  if (!cell.yarn || !is_in_other_colours(last, *cell.yarn))
+    throw Failure{{Code::option_out_of_range, command.from_path, "--from",
+                   "has other yarn than " + command.input + ", where only colours may differ"}};
+  MadeFabric made;
+  Fabric& fabric = made.fit.fabric = recolour(last, *cell.yarn);
+  Json recipe = Json::parse(last.recipe);
+  for (const char* name : {"set", "text"}) recipe.erase(name);
+  recipe.update(
+      recipe_of(std::filesystem::path(command.input).filename().string(), *cell.stitch, command.recipe));
+  fabric.recipe = recipe.dump();
+  made.fit.seconds = watch.seconds();
+  report_remarks(command.common, command.input, cell.remarks);
+  return made;
+}
+
 void declare_bake(Options& options, MakeCommand& command) {
   add_cell(options, command.input, command.cell);
   add_bake(options, command);
@@ -376,9 +402,10 @@ Result<int> run_make(const MakeCommand& command) {
     report(command.common, "make", {{"output", command.output}, {"kept", true}}, command.output + ": kept\n");
     return 0;
   }
-  const Json json{{"bake", bake_json(made->bake, command.samples_path)},
-                  {"fit", fit_json(made->fit, command.output)}};
-  report(command.common, "make", json, bake_text(json["bake"]) + fit_text(json["fit"]));
+  Json json{{"fit", fit_json(made->fit, command.output)}};
+  if (command.from_path.empty()) json["bake"] = bake_json(made->bake, command.samples_path);
+  report(command.common, "make", json,
+         (json.contains("bake") ? bake_text(json["bake"]) : "") + fit_text(json["fit"]));
   return 0;
 }
 
@@ -392,6 +419,10 @@ void declare_make(Options& options, MakeCommand& command) {
   options.text("--keep-samples", command.samples_path, "FILE", "Keep the samples in this file")
       .writes()
       .advanced();
+  options
+      .text("--from", command.from_path, "FILE",
+            "A fabric of this stitch in other colours: recolours it, by the options that made it")
+      .reads();
   options.text("--list", command.list_path, "FILE", "Many fabrics, a line each: twill -o t.fabric.exr")
       .reads();
   options.number("--line", command.list_line, "N", "Make this line alone: a job of a job array")
@@ -404,6 +435,7 @@ void declare_make(Options& options, MakeCommand& command) {
       options.refuse_all_but({"--list", "--line", "--json", "--quiet", "--threads", "--if-changed"},
                              "has no effect with --list: write it into the list");
     options.refuse_if(!many, "needs --list", {"--line"});
+    options.refuse_if(!command.from_path.empty(), "excludes --from", {"--keep-samples", "--bytes"});
     if (!many && !options.is_given("input")) refuse("input", "is required, or --list");
     if (!many && !options.is_given("--output")) refuse("--output", "is required");
   });
@@ -431,9 +463,14 @@ std::optional<MadeFabric> make_file(const MakeCommand& command) {
   // Else no layers are chosen.
   if (!command.options.chooses_layers && !command.options.file_bytes && command.samples_path.empty())
     needed.options.bake.validation_pairs = 0;
-  Baked baked = bake_cell(needed);
-  if (!command.samples_path.empty()) value_or_throw(write_samples(command.samples_path, baked.samples));
-  MadeFabric made{std::move(baked.report), fit_samples(baked.samples, command)};
+  MadeFabric made;
+  if (command.from_path.empty()) {
+    Baked baked = bake_cell(needed);
+    if (!command.samples_path.empty()) value_or_throw(write_samples(command.samples_path, baked.samples));
+    made = {std::move(baked.report), fit_samples(baked.samples, command)};
+  } else {
+    made = recoloured(command);
+  }
   if (!key.empty()) {
     Json provenance = Json::parse(made.fit.fabric.provenance);
     provenance[key_member] = key;

@@ -25,7 +25,7 @@ const TILED = JSON.parse(by_id('tiled').textContent), TILE = 48;
 
 const state = {making: false, stage: '', stage_began: 0, shown: 0, preview_ms: null, made_ms: 0, shown_ms: 0, relaxed: 0, bytes: null, refusal: ''};
 /** The bytes of the cloth that is made, or of the last whole one. */
-let making = null, last_fabric = null, resolve_current = null, garment = null, fabrics = [];
+let making = null, last_fabric = null, last_shape = '', resolve_current = null, garment = null, fabrics = [];
 
 /** The commands that make the cloth, and dress a garment of the user in it. */
 function command() {
@@ -70,12 +70,14 @@ const page = {progress, relaxed: () => ++state.relaxed, bytes_of: (id) => view.b
 const [maker, dresser, reader] = [1, 2, 3].map(() => new Maker(page));
 /** A promise of the bytes that a make_run() makes, or of null and the line of the refusal. */
 const made_by = ({argv, files}, entry) => maker.run(argv, files, entry).then(({files: made}) => [made.get(argv.at(-1))], ({message}) => [null, `${argv[1]}: ${message}`]);
+/** The parts of a recipe by which its yarn comes to rest: all but colours. */
+const shape_of = ({text, set, ...rest}) => JSON.stringify([rest, text?.replace(/albedo=\S+/g, ''), Object.entries(set).filter(([name]) => !/colour$|albedo$/.test(name))]);
 /** The bytes of the cloth, once they are made. */
 const made_bytes = () => state.bytes ?? (state.making ? making : making = make());
 /** Makes the cloth of the recipe and shows it, a preview first; a promise of the bytes of its file, null where it was refused or another began. */
 function make() {
   resolve_current?.(null);
-  const begin = performance.now(), run = make_run();
+  const begin = performance.now(), run = make_run(), made_recipe = recipe;
   Object.assign(state, {making: true, stage: '', bytes: null, preview_ms: null});
   refuse('');
   show_progress('making …');
@@ -93,6 +95,13 @@ function make() {
     await Promise.race([seen, new Promise((later) => setTimeout(later, 2000))]);
     if (is_over()) return;
     state.stage = '';
+    if (last_fabric && shape_of(made_recipe) === last_shape) {
+      const {argv, files} = run, [recoloured] = await made_by({argv: [...argv.slice(0, -2), '--from', 'last.fabric.exr', ...argv.slice(-2)], files: {...files, 'last.fabric.exr': last_fabric}});
+      if (is_over()) return;
+      if (recoloured) await show(recoloured, is_over, false);
+      if (is_over()) return;
+      state.stage = '';
+    }
     const [bytes, refusal] = await made_by(run);
     is_made = true;
     if (is_over()) return;
@@ -105,6 +114,7 @@ function make() {
       return end(null);
     }
     Object.assign(state, {bytes, made_ms: performance.now() - begin});
+    last_shape = shape_of(made_recipe);
     end(last_fabric = bytes);
     if (!await show(bytes, is_over)) return;
     view.hold(false);
@@ -279,7 +289,7 @@ view.started.then(async () => {
   show_worn();
   const bytes = await garment.first_fabric();
   if (bytes && state.bytes === null && !state.making) show_sheet(stage.cloth, state.bytes = bytes);
-  last_fabric = state.bytes;
+  [last_fabric, last_shape] = [state.bytes, shape_of(recipe)];
   fabrics = [stage.cloth];
   if (!is_start_recipe()) making = make();
   else if (!state.making) made_by(make_run(), 'preview');
