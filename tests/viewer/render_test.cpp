@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "tests/require.h"
 #include "tests/viewer/small_frames.h"
@@ -112,6 +113,27 @@ TEST_CASE("a sphere of netting shows its own inside") {
     const V4f pixel = middle(render_or_fail(scene, {netting}, camera_for(scene, options), options, &stats));
     CHECK(stats.layers == 2);
     CHECK(pixel.w == doctest::Approx(1 - (1 - opacity) * (1 - opacity)));
+  }
+}
+
+TEST_CASE("through holes of two cloths behind each other as much is seen as with many rays") {
+  // The same stripes twice: their mean twice would leave less.
+  Scene scene;
+  for (const float z : {0.0F, -0.001F}) test::add(scene, test::square(20, z), test::material(0));
+  Fabric stripes = test::lambert_fabric(2, V3f(1, 1, 1), 0.5F);
+  for (int i = 0; i < 4; ++i) stripes.levels[0].opacity()[i] = static_cast<float>(i % 2);
+  RenderOptions options = small({{V3d(0, 0, 1), V3f(1, 1, 1)}});
+  const auto draw = [&](int supersample) {
+    options.supersample = supersample;
+    return render_or_fail(scene, {stripes}, camera_for(scene, options), options);
+  };
+  const Frame best = draw(8);
+  for (const auto& [supersample, max_error] : {std::pair(1, 0.022F), std::pair(2, 0.006F)}) {
+    const Frame frame = draw(supersample);
+    float sum = 0;
+    for (std::size_t i = 0; i < frame.pixels.size(); ++i)
+      sum += std::abs(frame.pixels[i].w - best.pixels[i].w);
+    CHECK(sum <= max_error * static_cast<float>(frame.pixels.size()));
   }
 }
 

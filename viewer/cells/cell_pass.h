@@ -67,7 +67,8 @@ class CellPass {
     return {static_cast<float>(x) - middle_x_, static_cast<float>(y) - middle_y_};
   }
   /// Precondition: shows() holds for all, and render() was called after all were marked. From any thread.
-  void sample(const CellPixels& pixels, CellShading& shading) const;
+  /// `marked`: the pixels that were, if `pixels` are places beside them, whose images they show.
+  void sample(const CellPixels& pixels, CellShading& shading, const CellPixels* marked = nullptr) const;
 
  private:
   /// Perspective planes over the frame, a x + b y + c of pixels from its middle, whose quotients by the first

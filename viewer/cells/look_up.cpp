@@ -269,7 +269,7 @@ const CellLook* CellPass::look_at(TriangleSide surface, std::int32_t repeat_u, s
   return look.texels != nullptr ? &look : &empty_look;
 }
 
-void CellPass::sample(const CellPixels& pixels, CellShading& shading) const {
+void CellPass::sample(const CellPixels& pixels, CellShading& shading, const CellPixels* marked) const {
   static const auto place_all = place_lanes_for_this_processor();
   static const auto look_all = look_lanes_for_this_processor();
   PlaneLanes planes;
@@ -279,6 +279,12 @@ void CellPass::sample(const CellPixels& pixels, CellShading& shading) const {
     planes.from[lane] = planes_[pixels.surface[lane] / 2].coefficients.data();
   LanePlaces places;
   place_all(planes, places);
+  LanePlaces marked_places;
+  if (marked != nullptr) {
+    planes.pixels = marked;
+    place_all(planes, marked_places);
+  }
+  const LanePlaces& own_places = marked != nullptr ? marked_places : places;
   LookLanes lanes;
   lanes.pixels = &shading.pixels;
   lanes.nearest = nearest_;
@@ -291,11 +297,12 @@ void CellPass::sample(const CellPixels& pixels, CellShading& shading) const {
     const TriangleSide surface = pixels.surface[lane];
     // Neighbours mostly lie in one patch.
     const bool known = lane > 0 && surface == pixels.surface[lane - 1] &&
-                       places.repeat_u[lane] == places.repeat_u[lane - 1] &&
-                       places.repeat_v[lane] == places.repeat_v[lane - 1] &&
-                       places.unit[lane] == places.unit[lane - 1];
+                       own_places.repeat_u[lane] == own_places.repeat_u[lane - 1] &&
+                       own_places.repeat_v[lane] == own_places.repeat_v[lane - 1] &&
+                       own_places.unit[lane] == own_places.unit[lane - 1];
     if (!known) {
-      look = look_at(surface, places.repeat_u[lane], places.repeat_v[lane], places.u[lane], places.v[lane]);
+      look = look_at(surface, own_places.repeat_u[lane], own_places.repeat_v[lane], own_places.u[lane],
+                     own_places.v[lane]);
       own |= look->plane_lights;
     }
     lanes.looks[lane] = look;

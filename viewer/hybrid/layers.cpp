@@ -89,39 +89,56 @@ class Painter {
     }
   }
 
-  /// A pixel must not be added again before paint().
-  void add(int x, int y, TriangleSide surface, const PbrPixel& pbr) {
+  /// Composites a surface behind a pixel's colour. `open`: what is still seen through each quarter of the
+  /// pixel. A pixel must not be added again before paint().
+  void add(int x, int y, TriangleSide surface, const PbrPixel& pbr, Group& open) {
     ++count_;
-    if (!scene_.cells.shows(surface)) {
-      put_behind(x, y, surface, shade(surface, x, y, pbr));
+    if (scene_.cells.shows(surface)) {
+      wait(x, y, surface, pbr, open, false);
       return;
     }
-    const std::size_t lane = waiting_++;
-    const V2f place = scene_.cells.offset_from_centre(x, pixels_.first_row + y);
-    row_.surface[lane] = surface;
-    row_.x[lane] = place.x;
-    row_.y[lane] = place.y;
-    at_[lane] = {x, y};
-    pbr_[lane] = pbr;
-    if (waiting_ == lane_count) paint();
+    const SurfaceLight light = shade(surface, x, y, pbr);
+    put_behind(x, y, surface, light, 1 - pixels_.at(x, y).w);
+    for (float& part : open) part *= 1 - light.reflected.w;
+  }
+
+  /// Finds what is seen through the nearest surface, after paint().
+  void find_open(int x, int y, TriangleSide nearest, Group& open) {
+    open.fill(scene_.cells.shows(nearest) ? 1 : 1 - pixels_.at(x, y).w);
+    if (scene_.cells.shows(nearest)) wait(x, y, nearest, {}, open, true);
   }
 
   /// Shades the remaining pixels.
   void paint() {
     if (waiting_ == 0) return;
-    std::fill(row_.surface.begin() + static_cast<std::ptrdiff_t>(waiting_), row_.surface.end(),
+    constexpr float weight = 1 / static_cast<float>(parts);
+    std::fill(row_.surface.begin() + static_cast<std::ptrdiff_t>(parts * waiting_), row_.surface.end(),
               scene_.cells.empty_triangle_side());
-    scene_.cells.sample(row_, seen_);
-    for (std::size_t lane = 0; lane < waiting_; ++lane) {
-      const auto& [x, y] = at_[lane];
-      V4f value = seen_.at(lane);
-      cloth_ += value.w > 0 ? 1 : 0;
-      if ((seen_.hole_filling_lanes >> lane & 1) != 0 && value.w > 0) value /= value.w;
-      const TriangleSide surface = row_.surface[lane];
+    parts_.surface = row_.surface;
+    scene_.cells.sample(parts_, seen_, &row_);
+    for (std::size_t k = 0; k < waiting_; ++k) {
+      const auto& [x, y, pbr, open, is_nearest] = wait_[k];
+      V4f sum(0, 0, 0, 0);
+      float left = 0;
+      for (std::size_t part = 0; part < parts; ++part) {
+        V4f value = seen_.at(parts * k + part);
+        if ((seen_.hole_filling_lanes >> (parts * k) & 1) != 0 && value.w > 0) value /= value.w;
+        float& through = (*open)[part];
+        sum += value * (through * weight);
+        through *= 1 - value.w;
+        left += through * weight;
+      }
+      if (is_nearest) {
+        for (std::size_t i = 0; i < pixels_.bottoms.size(); ++i) pixels_.at(x, y, i).w = 1 - left;
+        continue;
+      }
+      cloth_ += sum.w > 0 ? 1 : 0;
+      const TriangleSide surface = row_.surface[parts * k];
       put_behind(x, y, surface,
                  scene_.cells.is_unmodified(surface)
-                     ? SurfaceLight{value}
-                     : apply_material(scene_, surface, x, pixels_.first_row + y, pbr_[lane], value));
+                     ? SurfaceLight{sum}
+                     : apply_material(scene_, surface, x, pixels_.first_row + y, pbr, sum),
+                 1);
     }
     waiting_ = 0;
   }
@@ -137,11 +154,26 @@ class Painter {
     return is_tinted_ ? scene_.view.tints[picture][scene_.prepared.mesh.triangles[surface / 2].surface]
                       : V3f(1, 1, 1);
   }
-  void put_behind(int x, int y, TriangleSide surface, const SurfaceLight& light) {
-    for (std::size_t i = 0; i < pixels_.bottoms.size(); ++i) {
-      V4f& pixel = pixels_.at(x, y, i);
-      pixel += light.tinted(tint_of(surface, i)) * (1 - pixel.w);
+  void put_behind(int x, int y, TriangleSide surface, const SurfaceLight& light, float fraction) {
+    for (std::size_t i = 0; i < pixels_.bottoms.size(); ++i)
+      pixels_.at(x, y, i) += light.tinted(tint_of(surface, i)) * fraction;
+  }
+  /// Looks a pixel's quarters up, once there are enough: where holes of two surfaces lie behind each other,
+  /// their means would tell more or less than is seen through both.
+  void wait(int x, int y, TriangleSide surface, const PbrPixel& pbr, Group& open, bool is_nearest) {
+    // Texels are means of pixels, and interpolated: from a quarter of a pixel, they would blur it.
+    constexpr float beside = 3.0F / 16;
+    const V2f place = scene_.cells.offset_from_centre(x, pixels_.first_row + y);
+    for (std::size_t part = 0; part < parts; ++part) {
+      const std::size_t lane = parts * waiting_ + part;
+      row_.surface[lane] = surface;
+      row_.x[lane] = place.x;
+      row_.y[lane] = place.y;
+      parts_.x[lane] = place.x + (part % 2 == 0 ? -beside : beside);
+      parts_.y[lane] = place.y + (part < 2 ? -beside : beside);
     }
+    wait_[waiting_++] = {x, y, pbr, &open, is_nearest};
+    if (waiting_ == wait_.size()) paint();
   }
   /// shade_pixel() of a pixel without a cell image.
   SurfaceLight shade(TriangleSide surface, int x, int y, const PbrPixel& pbr) {
@@ -157,16 +189,25 @@ class Painter {
   float min_transparency_;
   bool is_tinted_;
   CellPixels row_;
-  std::array<std::array<int, 2>, lane_count> at_{};
-  std::array<PbrPixel, lane_count> pbr_;
+  static constexpr std::size_t parts = 4;
+  CellPixels parts_;  ///< quarters of pixels, where row_ has the pixels themselves
+  struct Waiting {
+    int x = 0, y = 0;
+    PbrPixel pbr;
+    Group* open = nullptr;
+    bool is_nearest = false;
+  };
+  std::array<Waiting, lane_count / parts> wait_;
   std::size_t waiting_ = 0;
   CellShading seen_;
   std::int64_t count_ = 0, cloth_ = 0;
 };
 
-/// Composites the surfaces behind the nearest ones at deep pixels first ... end - 1.
+/// Composites the surfaces behind the nearest ones at deep pixels first ... end - 1. `open_at`: of one of
+/// them, what its nearest surface leaves.
+template <class OpenAt>
 void paint_layers(Painter& painter, const DeepLayers& deep, std::size_t first, std::size_t end, int layers,
-                  const BandPixels& pixels, LayerCount& count) {
+                  const BandPixels& pixels, const OpenAt& open_at, LayerCount& count) {
   // Layer by layer, since a pixel must be composited before it is tested for being opaque. The first is
   // there.
   for (int layer = 1; layer < layers; ++layer) {
@@ -176,7 +217,7 @@ void paint_layers(Painter& painter, const DeepLayers& deep, std::size_t first, s
       const DeepHit& hit = deep.hits[deep.starts[k] + layer];
       const int x = static_cast<int>(hit.pixel) % pixels.width;
       const int y = static_cast<int>(hit.pixel) / pixels.width;
-      if (painter.is_open(pixels.at(x, y))) painter.add(x, y, hit.surface, deep.pbr_of(hit));
+      if (painter.is_open(pixels.at(x, y))) painter.add(x, y, hit.surface, deep.pbr_of(hit), open_at(k));
     }
     painter.paint();
     if (painter.count() == before) break;
@@ -242,10 +283,15 @@ class RowShader {
         if (behind == no_triangle_side) continue;
         const bool is_deep = behind == deep_triangle_side;
         const bool is_open = layers_ > 1 && painter_.is_open(pixels_.at(x, y));
+        if (is_open) {
+          open_.resize(static_cast<std::size_t>(end_ - first_) * pixels_.width);
+          painter_.find_open(x, y, surfaces_.nearest[index_of(x, y)], open_at(index_of(x, y)));
+        }
         if (is_deep && is_open) deep_.push_back(static_cast<std::uint32_t>(index_of(x, y)));
         if (is_deep || !is_open) behind = no_triangle_side;
       }
     }
+    painter_.paint();
   }
 
   /// Finds all surfaces at deep pixels, and notes the cell images of all that may show behind the nearest.
@@ -273,18 +319,22 @@ class RowShader {
       const TriangleSide* const behind = &surfaces_.behind[index_of(0, y)];
       for (int x = 0; x < pixels_.width; ++x) {
         if (behind[x] == no_triangle_side) continue;
-        painter_.add(x, y, behind[x], surfaces_.pbr_at(behind[x], index_of(x, y)));
+        const std::size_t i = index_of(x, y);
+        painter_.add(x, y, behind[x], surfaces_.pbr_at(behind[x], i), open_at(i));
       }
     }
     painter_.paint();
     if (painter_.count() > before) count_.layers = 2;
-    paint_layers(painter_, layers_of_deep_, 0, layers_of_deep_.pixels(), layers_, pixels_, count_);
+    paint_layers(
+        painter_, layers_of_deep_, 0, layers_of_deep_.pixels(), layers_, pixels_,
+        [&](std::size_t k) -> Group& { return open_at(deep_[k]); }, count_);
     count_.evaluated_pixels = painter_.count();
     count_.cloth_pixels = painter_.cloth();
   }
 
   const LayerCount& count() const { return count_; }
   const std::vector<std::uint32_t>& deep() const { return deep_; }
+  Group& open_at(std::size_t pixel) { return open_[pixel - index_of(0, first_)]; }
 
  private:
   std::size_t index_of(int x, int y) const { return static_cast<std::size_t>(y) * pixels_.width + x; }
@@ -344,6 +394,7 @@ class RowShader {
   Painter painter_;
   LayerCount count_;
   std::vector<std::uint32_t> deep_;  ///< pixels, ascending
+  std::vector<Group> open_;          ///< of the rows' pixels: what is seen through the nearest surface
   DeepLayers layers_of_deep_;
 };
 
@@ -392,7 +443,8 @@ LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& su
     if (casts) continue;
     for (const std::uint32_t pixel : part->deep()) {
       const std::array<DrawnSide, 2>& sides = surfaces.sides;
-      deep_pixels.push_back({pixel, {sides[0].visible.counts[pixel], sides[1].visible.counts[pixel]}});
+      deep_pixels.push_back(
+          {pixel, {sides[0].visible.counts[pixel], sides[1].visible.counts[pixel]}, part->open_at(pixel)});
     }
   }
   deep.add_pixels(deep_pixels);
@@ -415,8 +467,9 @@ LayerCount shade_deep_pixels(const FrameScene& scene, CellPass& cells, DeepPixel
     if (scene.view.options.is_interrupted()) return;
     const std::size_t first = task * deep_pixels_per_task;
     Painter painter(scene, pixels);
-    paint_layers(painter, layered, first, std::min(first + deep_pixels_per_task, count), layers, pixels,
-                 counts[task]);
+    paint_layers(
+        painter, layered, first, std::min(first + deep_pixels_per_task, count), layers, pixels,
+        [&](std::size_t k) -> Group& { return deep.open_at(k); }, counts[task]);
     counts[task].evaluated_pixels = painter.count();
     counts[task].cloth_pixels = painter.cloth();
   });
@@ -429,8 +482,7 @@ V4f shade_surface(const FrameScene& scene, TriangleSide seen, const V2i& pixel, 
   V4f light(0, 0, 0, 0);
   const BandPixels one{pixel.y, pixel.x + 1, 1, {&light - pixel.x}, 0};
   Painter painter(scene, one);
-  painter.add(pixel.x, 0, seen, pbr);
-  painter.paint();
+  painter.put_row(pixel.x, 0, &seen, [&](int) { return pbr; });
   return light;
 }
 
