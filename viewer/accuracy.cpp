@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <span>
 #include <utility>
 
 #include "format/base/guard.h"

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "apps/common/report.h"
 #include "format/base/option_text.h"
 
 namespace selvedge {

@@ -8,7 +8,6 @@
 
 #include <Imath/ImathBox.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <span>

@@ -1,6 +1,5 @@
 #include "viewer/scene/mesh.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "format/base/parallel.h"
