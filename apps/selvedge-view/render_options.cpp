@@ -22,13 +22,8 @@ void add_series(Options& options, RenderCommand& command) {
   options.flag("--top", command.has_top, "And one from above, whose {frame} is top");
   options.list("--variants", "all|NAME,...", "Each of these variants, as {variant} in the name of the file",
                [&command](const std::vector<std::string>& texts) {
-                 for (const std::string& text : texts) {
-                   for (std::size_t at = 0; at <= text.size();) {
-                     const std::size_t end = std::min(text.find(',', at), text.size());
-                     command.variants.push_back(text.substr(at, end - at));
-                     at = end + 1;
-                   }
-                 }
+                 for (const std::string& text : texts)
+                   for (std::string& name : parts_of(text, ',')) command.variants.push_back(std::move(name));
                });
   options
       .list("--fabric", command.fabrics, "FILE",

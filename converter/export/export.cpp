@@ -299,7 +299,7 @@ class Exporter {
                             {"indices", append_index_accessor(document_, mesh.indices)},
                             {"material", materials[y]}});
     }
-    require("KHR_mesh_quantization");
+    require_extension(document_.json, "KHR_mesh_quantization");
     return append(document_.json["meshes"], {{"name", name}, {"primitives", std::move(primitives)}});
   }
 
@@ -321,14 +321,8 @@ class Exporter {
     set_shades(attributes, "_COLOR_0", shades, 8);
     Json node{{"name", name}, {"mesh", mesh}};
     node["extensions"][names::gltf::gpu_instancing]["attributes"] = std::move(attributes);
-    require(names::gltf::gpu_instancing);
+    require_extension(document_.json, names::gltf::gpu_instancing);
     add_node(std::move(node), origin);
-  }
-
-  void require(const char* extension) {
-    list_extension(document_.json, extension);
-    Json& required = document_.json["extensionsRequired"];
-    if (std::ranges::find(required, extension) == required.end()) required.push_back(extension);
   }
 
   void add_node(Json node, const V3d& origin) {

@@ -98,6 +98,12 @@ void list_extension(Json& root, const char* name) {
   if (std::ranges::find(used, name) == used.end()) used.push_back(name);
 }
 
+void require_extension(Json& root, const char* name) {
+  list_extension(root, name);
+  Json& required = root["extensionsRequired"];
+  if (std::ranges::find(required, name) == required.end()) required.push_back(name);
+}
+
 void unlist_extension(Json& root, const char* name) {
   for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
     if (!member(root, list).is_array()) continue;
@@ -115,10 +121,8 @@ void unlist_encoding(GltfDocument& document, const char* name) {
 }
 
 void relist_encoding(GltfDocument& document, const char* name) {
-  list_extension(document.json, name);
-  if (!document.original_encoding.required_extensions.contains(name)) return;
-  Json& required = document.json["extensionsRequired"];
-  if (std::ranges::find(required, name) == required.end()) required.push_back(name);
+  const bool was_required = document.original_encoding.required_extensions.contains(name);
+  (was_required ? require_extension : list_extension)(document.json, name);
 }
 
 BufferPosition view_position(const Json& view) {

@@ -30,8 +30,9 @@ void drop_attribute(Json& primitive, const char* semantic);
 /// Sets "min" and "max" of an accessor by its values.
 void set_bounds(Json& accessor, std::span<const float> values, int components);
 
-/// Adds to (or removes from) extensionsUsed. Removing also takes it out of extensionsRequired.
+/// Adds to (or removes from) extensionsUsed; requiring and removing also change extensionsRequired.
 void list_extension(Json& root, const char* name);
+void require_extension(Json& root, const char* name);
 void unlist_extension(Json& root, const char* name);
 
 /// The same for an encoding of geometry that is expanded, and that is in the document again: it remembers

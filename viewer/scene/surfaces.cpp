@@ -228,12 +228,6 @@ Surface finish(const ScenePrimitive& primitive, const SceneMaterial& material, c
   return surface;
 }
 
-bool operator==(const Mapping& a, const Mapping& b) {
-  return a.tex_coord == b.tex_coord && a.transform.offset == b.transform.offset &&
-         a.transform.rotation == b.transform.rotation && a.transform.scale == b.transform.scale &&
-         a.wrap_u == b.wrap_u && a.wrap_v == b.wrap_v;
-}
-
 }  // namespace
 
 Mapping mapping_of(const TextureReference& texture) {
@@ -241,10 +235,8 @@ Mapping mapping_of(const TextureReference& texture) {
 }
 
 int Mappings::index_of(const Mapping& mapping) const {
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    if (list[i] == mapping) return static_cast<int>(i);
-  }
-  return -1;
+  const auto found = std::ranges::find(list, mapping);
+  return found == list.end() ? -1 : static_cast<int>(found - list.begin());
 }
 
 Mappings mappings_of(const SceneMaterial& material) {

@@ -24,6 +24,7 @@ struct SurfaceVertex {
 
 /// Texture coordinates of a picture or fabric: one set of the file under one transform.
 struct Mapping {
+  bool operator==(const Mapping&) const = default;
   int tex_coord = 0;
   UvTransform transform;
   Wrap wrap_u = Wrap::repeat;
