@@ -10,7 +10,7 @@
 #include "fitter/refit_to_pairs.h"
 #include "fitter/solve/radiance_scale.h"
 #include "format/base/parallel.h"
-#include "format/fabric/json_parts.h"
+#include "format/fabric/json_io.h"
 #include "format/samples/pool.h"
 
 namespace selvedge {

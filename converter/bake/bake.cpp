@@ -12,7 +12,7 @@
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
 #include "format/base/random.h"
-#include "format/fabric/json_parts.h"
+#include "format/fabric/json_io.h"
 
 namespace selvedge {
 namespace {

@@ -9,7 +9,7 @@
 #include "format/base/random.h"
 #include "format/exr/exr.h"
 #include "format/fabric/fabric.h"
-#include "format/fabric/json_parts.h"
+#include "format/fabric/json_io.h"
 
 namespace selvedge {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "format/base/parallel.h"
 #include "format/fabric/evaluate.h"
-#include "format/fabric/json_parts.h"
+#include "format/fabric/json_io.h"
 
 namespace selvedge {
 namespace {

@@ -14,7 +14,7 @@
 #include "fitter/budget/candidates.h"
 #include "format/base/guard.h"
 #include "format/base/mip.h"
-#include "format/fabric/json_parts.h"
+#include "format/fabric/json_io.h"
 
 namespace selvedge {
 namespace {

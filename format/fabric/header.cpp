@@ -7,7 +7,6 @@
 
 #include "format/base/json_text.h"
 #include "format/fabric/json_io.h"
-#include "format/fabric/json_parts.h"
 #include "format/fabric/names.h"
 
 namespace selvedge {

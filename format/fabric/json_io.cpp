@@ -136,8 +136,8 @@ JsonIo JsonIo::grid(const char* name, DirectionGrid& grid, int max_directions) c
   if (!text) return text;
   const std::size_t errors = is_reading() ? sink_->error_count() : 0;
   if (!is_reading()) {
-    text.set_member(names::member::layout, names::layout_equal_area);
-  } else if (const JsonIo layout = text.member(names::member::layout);
+    text.set_member("layout", names::layout_equal_area);
+  } else if (const JsonIo layout = text.member("layout");
              !layout || layout.value() != names::layout_equal_area) {
     const Code unknown = code_ == Code::fabric_member ? Code::fabric_unsupported : code_;
     if (layout && !layout.value().is_string())
@@ -146,28 +146,37 @@ JsonIo JsonIo::grid(const char* name, DirectionGrid& grid, int max_directions) c
       sink_->add(unknown, layout.json_pointer(), "is not a known layout");
     return text;
   }
-  text.integer(names::member::columns, grid.columns, 1, max_directions);
-  text.integer(names::member::rows, grid.rows, 1, max_directions);
+  text.integer("columns", grid.columns, 1, max_directions);
+  text.integer("rows", grid.rows, 1, max_directions);
   if (is_reading() && sink_->error_count() == errors && grid.rows > max_directions / grid.columns)
     text.add_issue(fmt::format("{}x{} directions; {} are allowed", grid.columns, grid.rows, max_directions));
   return text;
 }
 
 void JsonIo::yarn_counts(YarnCounts& counts, const FabricLimits& limits) const {
-  integer(names::member::curve_count, counts.curves, 1, limits.curves);
-  integer(names::member::node_count, counts.nodes, 2, limits.nodes);
-  integer(names::member::station_count, counts.stations, 1, limits.stations);
-  integer(names::member::field_count, counts.values_per_curve, min_yarn_field_count, limits.values_per_curve);
-  if (is_reading() && !input_has(names::member::values_per_station))
+  integer("curves", counts.curves, 1, limits.curves);
+  integer("nodes", counts.nodes, 2, limits.nodes);
+  integer("stations", counts.stations, 1, limits.stations);
+  integer("fields", counts.values_per_curve, min_yarn_field_count, limits.values_per_curve);
+  if (is_reading() && !input_has("valuesPerStation"))
     counts.values_per_station = min_station_value_count;
   else
-    integer(names::member::values_per_station, counts.values_per_station, min_station_value_count,
+    integer("valuesPerStation", counts.values_per_station, min_station_value_count,
             limits.values_per_station);
   if (!has_optional("packed", counts.light_functions > 0)) return;
   const JsonIo packed = object("packed");
   if (!packed) return;
   packed.integer("functions", counts.light_functions, 1, limits.functions);
   packed.number("step", counts.step, RealRule::positive);
+}
+
+json provenance_json(const std::string& provenance) {
+  json parsed = parse_json(provenance);
+  return parsed.is_object() ? parsed : json::object();
+}
+
+json short_number(double value, const char* form) {
+  return parse_json(fmt::format(fmt::runtime(form), value));
 }
 
 }  // namespace selvedge

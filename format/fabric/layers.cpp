@@ -51,23 +51,20 @@ struct LayerRow {
 
 /// By LayerKind.
 constexpr std::array<LayerRow, all_layers.size()> rows{{
-    {names::part_lobes, [](const LayerShape& s) { return 3 * parameter_count(s.lobes); }, lobe_channel,
+    {"lobes", [](const LayerShape& s) { return 3 * parameter_count(s.lobes); }, lobe_channel,
      // rho, and the lobes' exponents
      [](const LayerShape& s, int i) {
        return i % parameter_count(s.lobes) % 4 == 0 ? not_negative : finite;
      }},
-    {names::part_frame, [](const LayerShape&) { return 6; },
+    {"frame", [](const LayerShape&) { return 6; },
      [](const LayerShape&, int i) { return std::string(names::frame_channels[i]); }, all_finite},
-    {names::part_table, [](const LayerShape& s) { return 3 * s.views; }, colour_of_direction,
-     all_not_negative},
-    {names::part_opacity, [](const LayerShape& s) { return s.views; },
+    {"table", [](const LayerShape& s) { return 3 * s.views; }, colour_of_direction, all_not_negative},
+    {"opacity", [](const LayerShape& s) { return s.views; },
      [](const LayerShape&, int i) { return fmt::format("{:04}", i); },
      [](const LayerShape&, int) { return fraction; }},
-    {names::part_light_table, [](const LayerShape& s) { return 3 * s.lights; }, colour_of_direction,
-     all_not_negative},
-    {names::part_products, [](const LayerShape& s) { return s.products; }, number, all_finite},
-    {names::part_bases, [](const LayerShape& s) { return channels_of(values_of_bases(s), s); }, number,
-     all_finite},
+    {"light", [](const LayerShape& s) { return 3 * s.lights; }, colour_of_direction, all_not_negative},
+    {"products", [](const LayerShape& s) { return s.products; }, number, all_finite},
+    {"bases", [](const LayerShape& s) { return channels_of(values_of_bases(s), s); }, number, all_finite},
     {names::part_yarns, [](const LayerShape& s) { return channels_of(curve_value_count(s.yarns), s); },
      number, all_finite},
     {names::part_indirect, [](const LayerShape& s) { return channels_of(indirect_value_count(s.yarns), s); },

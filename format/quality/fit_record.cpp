@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
-#include "format/fabric/json_parts.h"
-#include "format/fabric/names.h"
+#include "format/fabric/json_io.h"
 
 namespace selvedge {
 namespace {
 
 using nlohmann::json;
-namespace member = names::member;
 
 }  // namespace
 
@@ -27,7 +25,7 @@ Result<void> add_side_accuracy(const Fabric& side, const PairSamples& held_out, 
 std::string accuracy_json(const FitRecord& record) {
   json text = json::object();
   if (record.pair_count > 0)
-    text = {{member::pairs, record.pair_count}, {member::peak, short_number(record.peak, "{:.6g}")}};
+    text = {{"pairs", record.pair_count}, {"peak", short_number(record.peak, "{:.6g}")}};
   for (const Side side : all_sides)
     for (const double psnr : record.psnr[index_of(side)])
       text[name_of(side)].push_back(short_number(psnr, "{:.2f}"));

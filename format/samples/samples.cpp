@@ -10,14 +10,12 @@
 #include "format/base/guard.h"
 #include "format/base/json_text.h"
 #include "format/fabric/json_io.h"
-#include "format/fabric/json_parts.h"
 #include "format/fabric/names.h"
 
 namespace selvedge {
 namespace {
 
 using nlohmann::json;
-namespace member = names::member;
 
 constexpr ByPairKind<const char*> pair_parts{names::part_validation, names::part_held_out,
                                              names::part_measured};
@@ -39,7 +37,7 @@ void grid_io(const JsonIo& text, const char* name, DirectionGrid& grid) {
   if (text.is_reading()) return;
   json directions = json::array();
   for (const V3f& d : cell_directions(grid)) directions.push_back(list_of(d));
-  object.set_member(member::directions, std::move(directions));
+  object.set_member("directions", std::move(directions));
 }
 
 void pairs_io(const JsonIo& sets, SamplesHeader& h) {
@@ -48,13 +46,12 @@ void pairs_io(const JsonIo& sets, SamplesHeader& h) {
     if (!sets || (kind == PairKind::measured && !sets.has_optional(name_of(kind), !pairs.empty()))) continue;
     if (sets.is_reading()) {
       for (const JsonIo& pair : sets.items(name_of(kind)))
-        pairs.push_back(
-            {direction(pair, member::light, h.both_sides), direction(pair, member::view, h.both_sides)});
+        pairs.push_back({direction(pair, "light", h.both_sides), direction(pair, "view", h.both_sides)});
       continue;
     }
     json list = json::array();
     for (const DirectionPair& pair : pairs)
-      list.push_back({{member::light, list_of(pair.light)}, {member::view, list_of(pair.view)}});
+      list.push_back({{"light", list_of(pair.light)}, {"view", list_of(pair.view)}});
     sets.set_member(name_of(kind), std::move(list));
   }
 }
@@ -63,28 +60,28 @@ void pairs_io(const JsonIo& sets, SamplesHeader& h) {
 void header_io(const JsonIo& text, SamplesHeader& h) {
   const FabricLimits limits;
   constexpr int max_samples = std::numeric_limits<int>::max();
-  text.integer_pair(member::texels, h.width, h.height, 1, limits.texels_per_side);
-  text.numbers(member::mm_per_repeat, {&h.period_mm.x, 2}, RealRule::positive);
-  text.number(member::reference_height, h.reference_height);
-  text.number(member::thickness, h.thickness_mm, RealRule::not_negative);
-  grid_io(text, member::views, h.views);
-  grid_io(text, member::lights, h.lights);
-  text.integer(member::samples_per_texel, h.samples_per_texel, 0, max_samples);
-  text.integer(member::truth_samples, h.truth_samples, 0, max_samples);
-  if (text.has_optional(member::sides, h.both_sides)) {
+  text.integer_pair("texels", h.width, h.height, 1, limits.texels_per_side);
+  text.numbers("mmPerRepeat", {&h.period_mm.x, 2}, RealRule::positive);
+  text.number("referenceHeight", h.reference_height);
+  text.number("thickness", h.thickness_mm, RealRule::not_negative);
+  grid_io(text, "views", h.views);
+  grid_io(text, "lights", h.lights);
+  text.integer("samplesPerTexel", h.samples_per_texel, 0, max_samples);
+  text.integer("truthSamples", h.truth_samples, 0, max_samples);
+  if (text.has_optional("sides", h.both_sides)) {
     if (!text.is_reading())
-      text.set_member(member::sides, member::both);
-    else if (text.value()[member::sides] != member::both)
-      text.add_issue(member::sides, "is not \"both\"");
+      text.set_member("sides", "both");
+    else if (text.value()["sides"] != "both")
+      text.add_issue("sides", "is not \"both\"");
     h.both_sides = true;
   }
-  pairs_io(text.object(member::pairs), h);
+  pairs_io(text.object("pairs"), h);
   if (text.has_optional(names::part_yarns, h.yarns.curves > 0))
     text.object(names::part_yarns).yarn_counts(h.yarns, limits);
   if (text.is_reading() && h.yarns.light_functions > 0) text.add_issue(names::part_yarns, "are packed");
   if (!text.is_reading())
-    text.set_member(member::provenance, provenance_json(h.provenance));
-  else if (const JsonIo provenance = text.member(member::provenance))
+    text.set_member("provenance", provenance_json(h.provenance));
+  else if (const JsonIo provenance = text.member("provenance"))
     h.provenance = provenance.value().dump();
 }
 
@@ -291,7 +288,7 @@ std::vector<V3f> cell_directions(const DirectionGrid& grid, bool both_sides) {
 const char* name_of(PairKind kind) { return pair_parts[index_of(kind)]; }
 
 std::string samples_header_to_json(const SamplesHeader& header) {
-  json text{{member::version, names::samples_version}};
+  json text{{"version", names::samples_version}};
   SamplesHeader written = header;
   header_io(JsonIo::writer(text), written);
   return text.dump();
@@ -303,8 +300,7 @@ Result<SamplesHeader> samples_header_from_json(const std::string& text, const st
   IssueSink sink(file);
   const JsonIo reader = JsonIo::reader(members, Code::samples_malformed, sink);
   SamplesHeader header;
-  if (const JsonIo version = reader.member(member::version);
-      version && version.value() != names::samples_version)
+  if (const JsonIo version = reader.member("version"); version && version.value() != names::samples_version)
     version.add_issue(fmt::format("{} is not understood: this program reads version {}",
                                   version.value().dump(), names::samples_version));
   if (!sink.has_error()) header_io(reader, header);
