@@ -54,8 +54,6 @@ struct FabricLevel {
   std::shared_ptr<const ProductBases> bases;  ///< of a level with products; the same in all levels
 
   int texels() const { return width * height; }
-  /// Whether it has a layer of texels of its own, opacity aside.
-  bool has_reflectance() const;
   bool has(LayerKind kind) const {
     return kind == LayerKind::bases ? bases != nullptr : (*this)[kind].channels > 0;
   }
@@ -176,15 +174,11 @@ struct FabricLimits {
 /// The functions that all levels with products share; null without products.
 std::shared_ptr<const ProductBases> shared_bases(const Fabric& fabric);
 
-/// Preconditions: the fabric has a level, and its levels agree (validate()).
+/// Preconditions: the fabric has a level, and its levels agree.
 LayerShape layer_shape_of(const Fabric& fabric);
 
 /// The texel's tangent from its normal (paper section 4, restated): the x axis made perpendicular to
 /// `normal`, or the y axis if the normal lies along x.
 V3f tangent_of(const V3f& normal);
-
-/// Checks array sizes, ranges and finiteness of all values. Places are "level 1/lobes", or for a value
-/// "table/level 2/table.0003.red/5,7".
-Result<void> validate(const Fabric& fabric, const FabricLimits& limits = {});
 
 }  // namespace selvedge

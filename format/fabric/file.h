@@ -15,13 +15,12 @@ struct FabricWriteOptions {
   LayerSet half_layers = half_precision_layers;
 };
 
-/// Writes atomically; the same fabric and options give the same bytes. Refuses an invalid fabric (validate())
-/// and values beyond the range of the chosen precision.
+/// Writes atomically; the same fabric and options give the same bytes. Refuses values that a reader
+/// refuses, such as NaN, and those beyond the range of the chosen precision.
 Result<void> write_fabric(const std::string& path, const Fabric& fabric,
                           const FabricWriteOptions& options = {});
 
-/// The fabric as a reader of its file gets it: layers of `half` are rounded to 16 bits. Precondition: the
-/// fabric is valid (validate()).
+/// The fabric as a reader of its file gets it: layers of `half` are rounded to 16 bits.
 Fabric round_to_stored_precision(const Fabric& fabric, const LayerSet& half);
 
 /// The header digest, over the attribute text and the names of all parts and channels, so that exchanged

@@ -109,6 +109,20 @@ LayerHeader entry_for(const Fabric& fabric, LayerKind kind, const LayerShape& sh
   return entry;
 }
 
+/// Refuses values that a reader would refuse, such as the NaN of a fit.
+Result<void> check_stored(const Fabric& side, LayerKind kind, const LayerShape& shape) {
+  FabricLevel bases;
+  bases.width = side.texels().x;
+  bases.height = side.texels().y;
+  bases.bases = shared_bases(side);
+  IssueSink sink({});
+  for (int k = 0; k < static_cast<int>(side.levels.size()); ++k)
+    if (is_stored(side, kind, k))
+      check_values(kind == LayerKind::bases ? bases : side.levels[k], k, kind, shape, sink);
+  if (sink.has_error()) return tl::unexpected(sink.first_error());
+  return {};
+}
+
 /// The header of a side, whose parts and layers are appended. `yarns`: of the front.
 Result<FabricHeader> add_side(const Fabric& side, const YarnCounts& yarns, const FabricWriteOptions& options,
                               std::vector<ExrPart>& parts, std::vector<SideLayer>& layers) {
@@ -123,6 +137,7 @@ Result<FabricHeader> add_side(const Fabric& side, const YarnCounts& yarns, const
       return fail(Code::fabric_malformed, {}, part_name(kind, side.side),
                   fmt::format("{} channels; a part has {} at most", channel_count(kind, shape),
                               ExrLimits{}.channels));
+    if (auto good = check_stored(side, kind, shape); !good) return tl::unexpected(good.error());
     layers.push_back({&side, kind, shape});
     parts.push_back(data_part(side, kind, shape, options));
     header.layer(kind) = entry_for(side, kind, shape, parts.back());
@@ -153,7 +168,8 @@ Result<FabricParts> FabricParts::plan(const std::string& path, const Fabric& fab
     error.file = path;
     return tl::unexpected(std::move(error));
   };
-  if (auto ok = validate(fabric); !ok) return failed(ok.error());
+  if (const auto& yarns = fabric.levels.front().yarns())
+    if (auto ok = validate(yarns->data(), fabric.period_mm); !ok) return failed(ok.error());
   FabricHeader header;
   FabricParts result{{new_part(fabric, names::part_preview)}, {}, {}};
   for (const char* channel : names::preview_channels) result.parts[0].channels.push_back({channel});

@@ -46,7 +46,7 @@ Case case_of(const Radiance& radiance) { return case_of(2, 2, {6, 6}, {6, 6}, ra
 /// Every case: fits, and the fabric is valid, which includes that all of it is finite.
 Fabric fitted(const Case& c, const FitOptions& options = {}) {
   const auto result = test::need(fit(c.level, c.header, options));
-  const auto valid = validate(result);
+  const auto valid = fabric_file_bytes(result);
   CHECK_MESSAGE(valid, (valid ? "" : to_line(valid.error())));
   return result;
 }

@@ -10,6 +10,7 @@
 #include "format/base/parallel.h"
 #include "format/base/random.h"
 #include "format/fabric/evaluate.h"
+#include "format/fabric/file.h"
 #include "tests/require.h"
 
 using namespace selvedge;
@@ -45,7 +46,7 @@ SampleLevel samples_of(const SamplesHeader& header, const Radiance& radiance) {
 
 Fabric fit_all(SampleLevel level, const SamplesHeader& header, const FitOptions& options = {}) {
   const auto result = test::need(fit(level, header, options));
-  const auto valid = validate(result);
+  const auto valid = fabric_file_bytes(result);
   CHECK_MESSAGE(valid, (valid ? "" : to_line(valid.error())));
   return result;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "format/fabric/evaluate.h"
+#include "format/fabric/file.h"
 #include "tests/fitter/texel_fabrics.h"
 #include "tests/require.h"
 
@@ -38,7 +39,7 @@ TEST_CASE("layers are chosen within the budget, and more bytes never make the ch
   double last = 1e9;
   for (const double bytes : {4000.0, 8000.0, 28000.0, 1e6}) {
     const LayerFit chosen = fitter.choose_within(bytes);
-    REQUIRE(validate(chosen.fabric));
+    REQUIRE(fabric_file_bytes(chosen.fabric));
     REQUIRE(chosen.fabric.levels.size() == 5);
     CHECK(chosen.bytes <= bytes);
     // Level 0 counts most; the sum over levels is what is made least.
@@ -100,7 +101,7 @@ TEST_CASE("the choice of layers scales with the radiance") {
       for (V3f& r : *radiance) r *= factor;
     const auto fitter = test::need(LayerFitter::create(seen, header, truth, options));
     const LayerFit chosen = fitter.choose_within(28000);
-    REQUIRE(validate(chosen.fabric));
+    REQUIRE(fabric_file_bytes(chosen.fabric));
     std::string text;
     for (const FabricLevel& level : chosen.fabric.levels)
       text += fmt::format("{} lobes, {} products; ", level.has(LayerKind::lobes) ? level.lobe_count() : 0,

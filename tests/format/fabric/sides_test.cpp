@@ -207,22 +207,3 @@ TEST_CASE("plies turned over are mirrored, about axes that begin upright and oth
     }
   }
 }
-
-TEST_CASE("sides that do not fit the front are refused") {
-  Fabric fabric = test::four_sides();
-  Fabric other = test::random_fabric(5, 4, {2, 2}, 1, 9);
-  other.side = Side::back;
-  fabric.add_side(other);
-  CHECK(validate(fabric).error().place == "back");
-  fabric = test::four_sides();
-  other = *fabric.find_side(Side::back);
-  for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table})
-    other.levels[1].remove_layer(kind);
-  fabric.add_side(other);
-  CHECK(validate(fabric).error().place == "level 1/back");
-  fabric = test::four_sides();
-  other = *fabric.find_side(Side::back_through);
-  other.side = Side::through;
-  fabric.sides[1] = std::make_shared<const Fabric>(other);
-  CHECK(validate(fabric).error().place == "through/views");
-}
