@@ -256,7 +256,7 @@ struct Renderer::State {
     is_sky_old = false;
     vertex_lights.clear();
     remarks.clear();
-    scene.materials = value_or_throw(materials_of(source, surfaces, scene.fabrics.size(), remarks));
+    scene.materials = materials_of(source, surfaces, remarks);
     scene.mesh = std::move(mesh);
     textures = std::make_unique<PictureTextures>(gl, scene_memory);
     path = std::make_unique<FrameRenderer>(gl, scene, size, kind);

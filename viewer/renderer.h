@@ -65,8 +65,8 @@ class Renderer {
 Tints tints_of(const Scene& scene);
 
 /// One frame. `fabrics[i]` is scene.fabrics[i]. The frame's bytes do not depend on the number of threads.
-/// Errors: OPTION_OUT_OF_RANGE, GARMENT_EMPTY, GARMENT_NO_UVS, GLTF_REFERENCE (a missing fabric),
-/// GRAPHICS_UNAVAILABLE. Preconditions: scene and fabrics are as their readers leave them.
+/// Errors: OPTION_OUT_OF_RANGE, GARMENT_EMPTY, GARMENT_NO_UVS, GRAPHICS_UNAVAILABLE. Preconditions: scene and
+/// fabrics are as their readers leave them.
 Result<Frame> render(const Scene& scene, const std::vector<Fabric>& fabrics, const Camera& camera,
                      const RenderOptions& options, RenderStats* stats = nullptr);
 

@@ -15,12 +15,8 @@ Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
     return fail(Code::option_out_of_range, "", option, std::move(reason));
   };
   const auto levels = static_cast<int>(fabric.levels.size());
-  if (levels == 0) return fail(Code::fabric_malformed, "", "", "the fabric has no level");
   if (options.level != -1 && (options.level < 0 || options.level >= levels))
     return refuse("--level", fmt::format("must lie between 0 and {}", levels - 1));
-  if (options.repeats.x < 1 || options.repeats.y < 1 || options.repeats.x > 10000 ||
-      options.repeats.y > 10000)
-    return refuse("--repeats", "must lie between 1x1 and 10000x10000");
   if (!(options.pixels_per_texel > 0 && options.pixels_per_texel <= 1024))
     return refuse("--pixels-per-texel", "must lie above 0 and up to 1024");
   const double length = options.view.length();

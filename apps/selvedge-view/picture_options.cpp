@@ -39,7 +39,7 @@ void add_input(Options& options, PictureOptions& picture) {
 }
 
 void add_repeats(Options& options, SwatchOptions& swatch) {
-  options.size("--repeats", swatch.repeats, "Repeats of the fabric across and down", 1, 1'000'000);
+  options.size("--repeats", swatch.repeats, "Repeats of the fabric across and down", 1, 10000);
 }
 
 void add_light(Options& options, PictureOptions& picture) {

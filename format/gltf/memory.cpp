@@ -16,8 +16,7 @@ namespace {
 std::set<std::pair<int, bool>> drawn_pictures(const Scene& scene) {
   std::set<std::pair<int, bool>> drawn;
   const auto add = [&](const TextureReference& texture, bool colour) {
-    if (texture.image >= 0 && static_cast<std::size_t>(texture.image) < scene.images.size())
-      drawn.emplace(texture.image, colour);
+    if (texture.image >= 0) drawn.emplace(texture.image, colour);
   };
   for (const SceneMaterial& material : scene.materials) {
     add(material.occlusion_texture, false);

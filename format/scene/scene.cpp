@@ -29,8 +29,6 @@ Result<std::vector<V3d>> world_points(const Scene& scene) {
   std::vector<V3d> points;
   for (const SceneInstance& instance : scene.instances) {
     const ScenePrimitive& primitive = scene.primitives[instance.primitive];
-    if (std::ranges::any_of(primitive.indices, [&](auto i) { return i >= primitive.positions.size(); }))
-      return fail(Code::mesh_invalid, scene.file, primitive.name, "an index is beyond the vertices");
     const std::vector<V3d> placed = used_points(scene, instance);
     if (!std::ranges::all_of(placed, is_in_coordinate_range) ||
         !std::ranges::all_of(primitive.positions, is_in_coordinate_range,

@@ -47,7 +47,7 @@ class FrameOf {
     PreparedScene prepared;
     const std::vector<Surface> surfaces = need(build_surfaces(scene, V3d(0, 0, 0)));
     std::vector<std::string> remarks;
-    prepared.materials = need(materials_of(scene, surfaces, fabrics.size(), remarks));
+    prepared.materials = materials_of(scene, surfaces, remarks);
     prepared.mesh = merge(surfaces);
     for (const Fabric& fabric : fabrics) prepared.fabrics.emplace_back(fabric);
     return prepared;

@@ -300,7 +300,7 @@ Frame march(const Scene& scene, std::span<const Fabric> fabrics, const Camera& c
   garment.origin = bounds.center();
   const std::vector<Surface> surfaces = value_or_throw(build_surfaces(scene, garment.origin));
   std::vector<std::string> remarks;
-  garment.materials = value_or_throw(materials_of(scene, surfaces, fabrics.size(), remarks));
+  garment.materials = materials_of(scene, surfaces, remarks);
   garment.mesh = merge(surfaces);
   for (const Fabric& fabric : fabrics) {
     garment.fabrics.push_back(fabric);

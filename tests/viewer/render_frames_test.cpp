@@ -71,7 +71,6 @@ TEST_CASE("render refuses with a code") {
     return test::error_of(render(s, f, camera, o)).code;
   };
   CHECK(code_of(Scene{}, {}, good) == Code::garment_empty);
-  CHECK(code_of(scene, {}, good) == Code::gltf_reference);
   RenderOptions options = good;
   options.width = 0;
   CHECK(code_of(scene, fabrics, options) == Code::option_out_of_range);

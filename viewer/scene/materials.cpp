@@ -25,10 +25,6 @@ int take_picture(const Scene& scene, int index, Transfer transfer, Known& known,
   if (index < 0) return -1;
   const auto [entry, fresh] = known.pictures.try_emplace({index, transfer}, -1);
   if (!fresh) return entry->second;
-  if (static_cast<std::size_t>(index) >= scene.images.size()) {
-    remarks.push_back(fmt::format("{}: image {} does not exist; drawn without it", scene.file, index));
-    return -1;
-  }
   const SceneImage& encoded = scene.images[index];
   const std::string name = fmt::format("{}: image {}{}", scene.file, index,
                                        encoded.name.empty() ? "" : " \"" + encoded.name + "\"");
@@ -61,17 +57,16 @@ bool Materials::needs_pbr() const {
   return false;
 }
 
-Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& surfaces, std::size_t fabrics,
-                               std::vector<std::string>& remarks) {
+Materials materials_of(const Scene& scene, const std::vector<Surface>& surfaces,
+                       std::vector<std::string>& remarks) {
   Materials result;
   Known known;
   for (const Surface& surface : surfaces) {
     SurfaceMaterial drawn;
     PbrMaterial pbr;
-    const bool exists =
-        surface.material >= 0 && static_cast<std::size_t>(surface.material) < scene.materials.size();
     // The default material of glTF: white, opaque, single-sided.
-    const SceneMaterial material = exists ? scene.materials[surface.material] : SceneMaterial{};
+    const SceneMaterial material =
+        surface.material >= 0 ? scene.materials[surface.material] : SceneMaterial{};
     const Mappings mappings = mappings_of(material);
     const auto texture = [&](const TextureReference& t, Transfer transfer) {
       const int image = take_picture(scene, t.image, transfer, known, result, remarks);
@@ -84,10 +79,6 @@ Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& s
     pbr.emissive_texture = texture(material.emissive_texture, Transfer::srgb);
     if (material.fabric) {
       drawn.fabric = material.fabric->fabric;
-      if (drawn.fabric < 0 || static_cast<std::size_t>(drawn.fabric) >= fabrics) {
-        return fail(Code::gltf_reference, scene.file, fmt::format("material \"{}\"", material.name),
-                    fmt::format("fabric {} does not exist", drawn.fabric));
-      }
       drawn.keeps_opacity = material.alpha_mode != AlphaMode::opaque;
       const GarmentTextures& kept = material.garment_textures;
       drawn.tint = kept.tint;

@@ -36,10 +36,10 @@ struct Materials {
 };
 
 /// Takes the pictures that `surfaces` need; those without a size in their header, and those too large for
-/// OpenGL, are skipped with a line in `remarks`. Fabrics
-/// are drawn on both sides, since cloth is thin and its back shows through holes; doubleSided applies to
-/// materials without a fabric. GLTF_REFERENCE if a fabric is not among the `fabrics` given.
-Result<Materials> materials_of(const Scene& scene, const std::vector<Surface>& surfaces, std::size_t fabrics,
-                               std::vector<std::string>& remarks);
+/// OpenGL, are skipped with a line in `remarks`. Fabrics are drawn on both sides, since cloth is thin and its
+/// back shows through holes; doubleSided applies to materials without a fabric. Precondition: indices are as
+/// read_scene() leaves them.
+Materials materials_of(const Scene& scene, const std::vector<Surface>& surfaces,
+                       std::vector<std::string>& remarks);
 
 }  // namespace selvedge

@@ -16,11 +16,6 @@ constexpr double farthest_uv = 1e15;
 
 bool finite(const V3d& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-const SceneMaterial* material_of(const Scene& scene, int material) {
-  const bool exists = material >= 0 && static_cast<std::size_t>(material) < scene.materials.size();
-  return exists ? &scene.materials[material] : nullptr;
-}
-
 const std::vector<V2d>* coordinates_of(const ScenePrimitive& primitive, int set) {
   if (set < 0 || set > 1) return nullptr;
   const std::vector<V2d>& coordinates = primitive.tex_coords[set];
@@ -275,8 +270,8 @@ Result<std::vector<Surface>> build_surfaces(const Scene& scene, const V3d& origi
     for (const SceneInstance& instance : scene.instances) {
       const ScenePrimitive& primitive = scene.primitives[instance.primitive];
       if (primitive.indices.empty()) continue;
-      const SceneMaterial* const found = material_of(scene, primitive.material);
-      const SceneMaterial material = found != nullptr ? *found : SceneMaterial{};
+      const SceneMaterial material =
+          primitive.material >= 0 ? scene.materials[primitive.material] : SceneMaterial{};
       check(scene, primitive, material);
       const Placed placed = place(scene, instance, origin);
       const std::vector<int> charts = charts_of(primitive.indices, primitive.positions.size());

@@ -49,7 +49,7 @@ int halvings_of(const Scene& scene, const Camera& camera, int height) {
   const V3d origin(0, 0, 0);
   const auto surfaces = test::need(build_surfaces(scene, origin));
   std::vector<std::string> remarks;
-  const Materials materials = test::need(materials_of(scene, surfaces, 0, remarks));
+  const Materials materials = materials_of(scene, surfaces, remarks);
   return shown_halvings(merge(surfaces), materials, origin, camera, height).at(0);
 }
 

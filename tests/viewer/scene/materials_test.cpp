@@ -34,7 +34,7 @@ TEST_CASE("a core material's textures know their coordinates, colours are linear
   test::add(scene, square, material);
   const auto surfaces = test::need(build_surfaces(scene, V3d(0, 0, 0)));
   std::vector<std::string> remarks;
-  const auto materials = test::need(materials_of(scene, surfaces, 0, remarks));
+  const auto materials = materials_of(scene, surfaces, remarks);
   CHECK(remarks.empty());
   REQUIRE(materials.pbr.size() == 1);
   const PbrMaterial& pbr = materials.pbr[0];
@@ -74,7 +74,7 @@ TEST_CASE("beside a fabric only occlusion and emission count") {
   test::add(scene, test::square(1), material);
   const auto surfaces = test::need(build_surfaces(scene, V3d(0, 0, 0)));
   std::vector<std::string> remarks;
-  const auto materials = test::need(materials_of(scene, surfaces, 1, remarks));
+  const auto materials = materials_of(scene, surfaces, remarks);
   const PbrMaterial& pbr = materials.pbr[0];
   CHECK(pbr.base_color_texture.image == -1);
   CHECK(pbr.normal_texture.image == -1);
@@ -88,7 +88,7 @@ TEST_CASE("the default material is glTF's: white metal, rough") {
   scene.primitives[0].material = -1;
   const auto surfaces = test::need(build_surfaces(scene, V3d(0, 0, 0)));
   std::vector<std::string> remarks;
-  const auto materials = test::need(materials_of(scene, surfaces, 0, remarks));
+  const auto materials = materials_of(scene, surfaces, remarks);
   CHECK(materials.pbr[0].metallic == 1);
   CHECK(materials.pbr[0].roughness == 1);
   CHECK(materials.surfaces[0].culls_back);
