@@ -24,15 +24,17 @@ class RayCaster {
       : mesh_(mesh), size_(size), camera_(camera) {}
 
   /// x, y: pixel coordinates from the frame's lower left corner.
-  std::optional<RayHit> cast(double x, double y) const {
-    const V3d away = -view(x, y);
+  std::optional<RayHit> cast(double x, double y) const { return cast(camera_.position, -view(x, y)); }
+
+  /// From any place, by a direction that need not be unit.
+  std::optional<RayHit> cast(const V3d& from, const V3d& away) const {
     std::optional<RayHit> nearest;
     for (std::size_t i = 0; i < mesh_.triangles.size(); ++i) {
       const V3d a = corner(i, 0);
       const V3d normal = (corner(i, 1) - a).cross(corner(i, 2) - a);
-      const double t = (a - camera_.position).dot(normal) / away.dot(normal);
+      const double t = (a - from).dot(normal) / away.dot(normal);
       if (!(t > 0) || (nearest && t >= nearest->distance)) continue;
-      const V3d b = barycentric(i, camera_.position + away * t);
+      const V3d b = barycentric(i, from + away * t);
       if (std::min({b.x, b.y, b.z}) >= 0) nearest = RayHit{t, i, normal};
     }
     return nearest;

@@ -9,6 +9,7 @@
 
 #include "tests/require.h"
 #include "tests/viewer/paths.h"
+#include "tests/viewer/ray_caster.h"
 #include "viewer/renderer.h"
 
 namespace selvedge {
@@ -40,52 +41,6 @@ ScenePrimitive folded_sheet(int cells) {
   }
   return p;
 }
-
-struct Hit {
-  double distance = HUGE_VAL;
-  V3d normal{0, 0, 0};  ///< of the triangle, either way
-};
-
-/// All triangles of a scene, for rays.
-class Rays {
- public:
-  explicit Rays(const Scene& scene) {
-    for (const SceneInstance& instance : scene.instances) {
-      const ScenePrimitive& p = scene.primitives[instance.primitive];
-      for (std::size_t k = 0; k + 2 < p.indices.size(); k += 3) {
-        const auto corner = [&](std::size_t i) {
-          return V3d(p.positions[p.indices[k + i]]) * instance.world;
-        };
-        triangles_.push_back({corner(0), corner(1) - corner(0), corner(2) - corner(0)});
-      }
-    }
-  }
-  /// Moeller and Trumbore 1997. The nearest hit, or any where that is enough.
-  std::optional<Hit> cast(const V3d& from, const V3d& homogeneous_coordinate, bool any) const {
-    Hit best;
-    for (const Triangle& t : triangles_) {
-      const V3d p = homogeneous_coordinate.cross(t.second);
-      const double determinant = t.first.dot(p);
-      if (std::abs(determinant) < 1e-14) continue;
-      const V3d s = from - t.origin;
-      const double u = s.dot(p) / determinant;
-      if (u < 0 || u > 1) continue;
-      const V3d q = s.cross(t.first);
-      const double v = homogeneous_coordinate.dot(q) / determinant;
-      const double distance = t.second.dot(q) / determinant;
-      if (v < 0 || u + v > 1 || distance <= 0 || distance >= best.distance) continue;
-      best = {distance, t.first.cross(t.second).normalized()};
-      if (any) break;
-    }
-    return best.distance < HUGE_VAL ? std::optional(best) : std::nullopt;
-  }
-
- private:
-  struct Triangle {
-    V3d origin, first, second;
-  };
-  std::vector<Triangle> triangles_;
-};
 
 double homogeneous_coordinate(const V4f& row, const V3d& p) {
   return V3d(V3f(row.x, row.y, row.z)).dot(p) + static_cast<double>(row.w);
@@ -122,7 +77,7 @@ Light spot_at(const V3d& place, double half_angle) {
 
 /// Fractions of the light that reaches the points around `p` which the taps of a map may see: all of them the
 /// same (0 or 1), else none.
-std::optional<int> reaches(const Rays& rays, const V3d& p, const V3d& normal, const V3d& towards,
+std::optional<int> reaches(const test::RayCaster& rays, const V3d& p, const V3d& normal, const V3d& towards,
                            double distance, double reach) {
   const V3d l = towards.normalized();
   const double cosine = normal.dot(l);
@@ -135,7 +90,7 @@ std::optional<int> reaches(const Rays& rays, const V3d& p, const V3d& normal, co
     const V3d across = i == 8 ? V3d(0, 0, 0) : (right * std::cos(turn) + up * std::sin(turn)) * reach;
     // Along the light onto the surface's plane.
     const V3d at = p + across - l * (normal.dot(across) / cosine) + normal * 1e-3;
-    const auto hit = rays.cast(at, l, true);
+    const auto hit = rays.cast(at, l);
     const int lit = hit && hit->distance < distance ? 0 : 1;
     if (all && *all != lit) return std::nullopt;
     all = lit;
@@ -151,7 +106,8 @@ double agreement(const test::Setting& setting, RenderPath path, int& compared) {
   const Frame without = test::drawn(open, path);
   const Camera camera = test::camera_of(setting);
   const Light& light = setting.options.lights[0];
-  const Rays rays(setting.scene);
+  const MergedSurfaces mesh = merge(test::need(build_surfaces(setting.scene, V3d(0, 0, 0))));
+  const test::RayCaster rays(mesh, V2i(with.width, with.height), camera);
   const bool far = light.kind == LightKind::directional;
   // About 2 m in the map.
   const double texel = (far ? 2.6 : 2 * std::tan(std::acos(light.outer_cosine)) * light.position.length()) /
@@ -165,9 +121,9 @@ double agreement(const test::Setting& setting, RenderPath path, int& compared) {
       if (!(without.pixels[i].x > 0.02F)) continue;
       const V3d view =
           view_direction(camera, V2d((2.0 * x + 1) / with.width - 1, 1 - (2.0 * y + 1) / with.height));
-      const auto hit = rays.cast(camera.position, -view, false);
+      const auto hit = rays.cast(camera.position, -view);
       if (!hit) continue;
-      const V3d normal = hit->normal.dot(view) > 0 ? hit->normal : -hit->normal;
+      const V3d normal = hit->normal.normalized() * (hit->normal.dot(view) > 0 ? 1.0 : -1.0);
       const V3d p = camera.position - view * hit->distance;
       const V3d towards = far ? light.direction : light.position - p;
       const auto lit = reaches(rays, p, normal, towards, far ? HUGE_VAL : towards.length(), 4 * texel);
