@@ -8,11 +8,11 @@
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
 #include "format/gltf/memory.h"
+#include "format/scene/camera.h"
 #include "viewer/hybrid/path.h"
 #include "viewer/light/floor.h"
 #include "viewer/light/picture_textures.h"
 #include "viewer/light/sky.h"
-#include "viewer/scene/view_rays.h"
 
 namespace selvedge {
 namespace {

@@ -70,6 +70,14 @@ V3d view_direction(const Camera& camera, const V2d& image_point) {
   return (camera.image_normal() - camera.right * p.x - camera.up * p.y).normalized();
 }
 
+ViewDirections view_directions(const Camera& camera, int width, int height) {
+  if (camera.projection == Projection::parallel) return {V3f(camera.to_viewer), V3f(0), V3f(0)};
+  const V3d base =
+      camera.image_normal() - camera.right * camera.window_centre.x - camera.up * camera.window_centre.y;
+  return {V3f(base), V3f(camera.right * (-2 * camera.window_half_size.x / width)),
+          V3f(camera.up * (-2 * camera.window_half_size.y / height))};
+}
+
 Result<Camera> make_camera(std::span<const V3d> points, double aspect, const CameraOptions& options) {
   if (const auto good = check(options); !good) return tl::unexpected(good.error());
 

@@ -43,6 +43,16 @@ M44d clip_matrix(const Camera& camera, const V3d& origin);
 /// Unit direction from the surface seen at the image point (s, t) in [-1, 1]^2 towards the viewer.
 V3d view_direction(const Camera& camera, const V2d& image_point);
 
+/// Directions towards the viewer, not normalised: base + x * step_right + y * step_up, x and y in pixels from
+/// the centre of the frame.
+struct ViewDirections {
+  V3f centre_direction;
+  V3f step_right;
+  V3f step_up;
+};
+
+ViewDirections view_directions(const Camera& camera, int width, int height);
+
 struct CameraOptions {
   Projection projection = Projection::perspective;
   double azimuth = 0;            ///< degrees; 0 looks along -z (at the front of a glTF asset), 90 along -x

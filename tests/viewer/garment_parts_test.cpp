@@ -6,8 +6,8 @@
 
 #include "format/picture/environment.h"
 #include "format/picture/image.h"
+#include "format/scene/camera.h"
 #include "tests/viewer/paths.h"
-#include "viewer/scene/view_rays.h"
 
 using namespace selvedge;
 

@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
+#include "format/scene/camera.h"
 #include "viewer/cells/cell_pass.h"
 #include "viewer/frame/frame_path.h"
-#include "viewer/scene/view_rays.h"
 
 namespace selvedge {
 

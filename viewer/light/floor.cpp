@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "format/base/parallel.h"
-#include "viewer/scene/view_rays.h"
+#include "format/scene/camera.h"
 
 namespace selvedge {
 namespace {
