@@ -85,6 +85,31 @@ void add_point_lights(Options& options, std::vector<Light>& lights) {
                  });
 }
 
+void add_fps(Options& options, double& fps) {
+  options
+      .number("--fps", fps, "N", "Frames a second while something moves: larger pixels where they take long")
+      .in_range(1, 240);
+}
+
+void add_environment(Options& options, std::string& name, EnvironmentOptions& environment,
+                     const std::string& otherwise) {
+  options.begin_group("Environment");
+  options
+      .text("--environment", name, "FILE|studio|none",
+            "Light from all around: an equirectangular picture of radiance (.hdr, .exr), or a room with two "
+            "softboxes. " +
+                otherwise)
+      .reads();
+  options.number("--environment-turn", environment.turn_degrees, "DEGREES", "Turns it about the upward axis")
+      .in_range(-360, 360);
+  options.number("--environment-strength", environment.strength, "FACTOR", "Factor on its radiance")
+      .in_range(0, 1e6);
+  options.add_check([&options, &name] {
+    options.refuse_if(name == "none", "has no effect with --environment none",
+                      {"--environment-turn", "--environment-strength"});
+  });
+}
+
 void add_place(Options& options, const std::string& help, std::function<void(SwatchView)> read) {
   options.choice("--place", swatch_view_names, help,
                  [read = std::move(read)](std::size_t index) { read(static_cast<SwatchView>(index)); });

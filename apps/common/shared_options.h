@@ -1,12 +1,14 @@
-// Options that both programs share: cameras, scenes, lights, places of a swatch.
+// Options that several verbs share: cameras, scenes, lights, environments, frames, places of a swatch.
 #pragma once
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "apps/common/options.h"
 #include "format/gltf/read_scene.h"
+#include "format/picture/environment.h"
 #include "format/scene/camera.h"
 #include "format/scene/lights.h"
 #include "format/scene/swatch.h"
@@ -30,6 +32,13 @@ std::optional<V3d> unit_vector(const V3d& v);
 void add_lights(Options& options, std::vector<Light>& lights, const std::string& help);
 /// --point-light: positions with intensities.
 void add_point_lights(Options& options, std::vector<Light>& lights);
+
+/// --environment with its turn and strength; `otherwise` says what is taken without it.
+void add_environment(Options& options, std::string& name, EnvironmentOptions& environment,
+                     const std::string& otherwise);
+
+/// --fps.
+void add_fps(Options& options, double& fps);
 
 /// --place: the camera of a swatch.
 void add_place(Options& options, const std::string& help, std::function<void(SwatchView)> read);

@@ -9,7 +9,6 @@
 #include <filesystem>
 
 #include "apps/common/html.h"
-#include "apps/common/shared_options.h"
 #include "apps/selvedge-view/commands.h"
 #include "format/base/atomic_file.h"
 #include "format/fabric/file.h"

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "apps/common/shared_options.h"
-#include "apps/selvedge-view/environment_options.h"
 #include "format/gltf/limits.h"
 
 namespace selvedge {

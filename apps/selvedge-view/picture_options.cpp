@@ -6,7 +6,6 @@
 #include <array>
 #include <numbers>
 
-#include "apps/common/shared_options.h"
 #include "format/base/option_text.h"
 #include "format/picture/studio.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/selvedge-view/environment_options.h"
+#include "apps/common/shared_options.h"
 #include "format/gltf/limits.h"
 #include "format/picture/display.h"
 #include "viewer/light/shadows.h"

@@ -1,4 +1,4 @@
-#include "apps/selvedge-view/render_options.h"
+#include "apps/selvedge-view/shot.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "apps/common/shared_options.h"
 #include "apps/selvedge-view/commands.h"
 #include "apps/selvedge-view/garment_writer.h"
 #include "apps/selvedge-view/picture_options.h"
