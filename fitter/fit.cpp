@@ -7,7 +7,6 @@
 #include <mutex>
 #include <utility>
 
-#include "fitter/refit_to_pairs.h"
 #include "fitter/solve/radiance_scale.h"
 #include "format/base/parallel.h"
 #include "format/fabric/json_io.h"

@@ -1,4 +1,4 @@
-#include "fitter/refit_to_pairs.h"
+#include "fitter/fit.h"
 
 #include <ceres/ceres.h>
 #include <glog/logging.h>

@@ -8,7 +8,7 @@
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/make.h"
 #include "converter/light/ray_scene.h"
-#include "fitter/refit_to_pairs.h"
+#include "fitter/fit.h"
 #include "format/base/guard.h"
 #include "format/base/progress.h"
 #include "format/web/host.h"

@@ -16,7 +16,7 @@
 #include "format/gltf/fabric_extension.h"
 #include "format/gltf/geometry.h"
 #include "format/gltf/names.h"
-#include "format/picture/studio.h"
+#include "format/picture/environment.h"
 #include "format/scene/framing.h"
 #include "viewer/light/floor.h"
 #include "viewer/load.h"

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "format/base/option_text.h"
-#include "format/picture/studio.h"
+#include "format/picture/environment.h"
 
 namespace selvedge {
 namespace {

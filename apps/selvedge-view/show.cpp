@@ -7,7 +7,7 @@
 #include "apps/selvedge-view/show_loop.h"
 #include "format/base/option_text.h"
 #include "format/fabric/file.h"
-#include "format/picture/studio.h"
+#include "format/picture/environment.h"
 #include "viewer/load.h"
 #include "viewer/scene/change_fabrics.h"
 

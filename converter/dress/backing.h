@@ -6,7 +6,7 @@
 #include "converter/dress/uv_scale.h"
 #include "format/base/vec.h"
 #include "format/gltf/document.h"
-#include "format/gltf/material_uses.h"
+#include "format/gltf/materials.h"
 
 namespace selvedge {
 

@@ -7,7 +7,7 @@
 
 #include "format/base/vec.h"
 #include "format/gltf/document.h"
-#include "format/gltf/material_uses.h"
+#include "format/gltf/materials.h"
 
 namespace selvedge {
 

@@ -19,7 +19,6 @@
 #include "format/gltf/document.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
-#include "format/gltf/material_uses.h"
 #include "format/gltf/materials.h"
 #include "format/gltf/memory.h"
 #include "format/gltf/names.h"

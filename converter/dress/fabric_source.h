@@ -8,7 +8,7 @@
 #include "format/base/json_text.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/fabric_extension.h"
-#include "format/gltf/material_uses.h"
+#include "format/gltf/materials.h"
 
 namespace selvedge {
 

@@ -8,7 +8,7 @@
 
 #include "format/base/vec.h"
 #include "format/gltf/document.h"
-#include "format/gltf/material_uses.h"
+#include "format/gltf/materials.h"
 #include "format/scene/scene.h"
 
 namespace selvedge {

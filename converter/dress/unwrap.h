@@ -5,7 +5,7 @@
 
 #include "converter/dress/uv_scale.h"
 #include "format/gltf/access.h"
-#include "format/gltf/material_uses.h"
+#include "format/gltf/materials.h"
 
 namespace selvedge {
 

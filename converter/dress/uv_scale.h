@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "format/gltf/material_uses.h"
+#include "format/gltf/materials.h"
 #include "format/scene/scene.h"
 
 namespace selvedge {

@@ -13,7 +13,7 @@
 #include "converter/stitch/library.h"
 #include "fitter/fit.h"
 #include "format/fabric/file.h"
-#include "format/quality/fit_record.h"
+#include "format/quality/compare.h"
 
 namespace selvedge {
 

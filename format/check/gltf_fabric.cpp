@@ -13,7 +13,7 @@
 #include "format/fabric/evaluate.h"
 #include "format/gltf/access.h"
 #include "format/gltf/fabric_extension.h"
-#include "format/gltf/material_uses.h"
+#include "format/gltf/materials.h"
 #include "format/gltf/names.h"
 
 namespace selvedge {

@@ -1,4 +1,4 @@
-#include "format/picture/studio.h"
+#include "format/picture/environment.h"
 
 #include <algorithm>
 #include <array>

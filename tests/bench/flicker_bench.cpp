@@ -11,8 +11,8 @@
 
 #include "format/base/srgb.h"
 #include "format/picture/display.h"
+#include "format/picture/environment.h"
 #include "format/picture/image.h"
-#include "format/picture/studio.h"
 #include "tests/bench/need.h"
 #include "viewer/accuracy.h"
 #include "viewer/light/shadows.h"

@@ -14,8 +14,8 @@
 #include <numbers>
 
 #include "format/base/parallel.h"
+#include "format/picture/environment.h"
 #include "format/picture/image.h"
-#include "format/picture/studio.h"
 #include "format/scene/swatch.h"
 #include "tests/bench/need.h"
 #include "tests/viewer/rays.h"

@@ -1,4 +1,4 @@
-#include "fitter/refit_to_pairs.h"
+#include "fitter/fit.h"
 
 #include <doctest/doctest.h>
 

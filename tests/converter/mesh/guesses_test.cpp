@@ -1,4 +1,4 @@
-#include "converter/mesh/guesses.h"
+#include "converter/mesh/file.h"
 
 #include <doctest/doctest.h>
 

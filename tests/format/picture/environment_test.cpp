@@ -17,7 +17,6 @@
 #include "format/base/random.h"
 #include "format/picture/chromaticities.h"
 #include "format/picture/image.h"
-#include "format/picture/studio.h"
 #include "tests/format/files.h"
 #include "tests/format/lamps.h"
 #include "tests/require.h"

@@ -1,4 +1,4 @@
-#include "format/quality/fit_record.h"
+#include "format/quality/compare.h"
 
 #include <doctest/doctest.h>
 

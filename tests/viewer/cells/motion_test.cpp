@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "format/fabric/file.h"
-#include "format/picture/studio.h"
+#include "format/picture/environment.h"
 #include "tests/require.h"
 #include "tests/viewer/paths.h"
 #include "tests/viewer/rays.h"

@@ -8,7 +8,7 @@
 
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
-#include "format/picture/studio.h"
+#include "format/picture/environment.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
 #include "tests/viewer/paths.h"
