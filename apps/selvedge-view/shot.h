@@ -1,4 +1,4 @@
-// What `render` is asked for, and draws: a scene with its fabrics, its frames and variants, and lights.
+// Frames and variants that `render` is asked for, and the scene, fabrics and lights that it draws.
 #pragma once
 
 #include <optional>

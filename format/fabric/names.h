@@ -11,7 +11,7 @@ inline constexpr int fabric_version_minor = 0;
 inline constexpr int version_of_packed_yarn = 5;  ///< major; other files have the one above
 inline constexpr int samples_version = 3;
 
-// Parts of a fabric file beside those of its layers of texels (layers.cpp).
+// Parts of a fabric file beside its layers of texels (layers.cpp).
 inline constexpr const char* part_preview = "preview";
 inline constexpr const char* part_yarns = "yarns";
 inline constexpr const char* part_indirect = "indirect";
