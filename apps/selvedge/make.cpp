@@ -256,7 +256,8 @@ void report_estimate(const StitchSize& size, const MakeCommand& command) {
   const double knit_seconds = 0.3 + 0.06 * std::sqrt(size.length_radii) + 0.00045 * size.length_radii;
   const double longer = (command.quality == "draft" ? 0.7 : 1) * (size.is_woven ? 2 : 1);
   const double seconds = relative_cpu_time() * longer * knit_seconds;
-  const double kilobytes = size.is_woven ? 0.6 * cells + 10 * std::sqrt(cells) : 8 * cells;
+  const double root = std::sqrt(cells);
+  const double kilobytes = size.is_woven ? 0.15 * cells + 4 * root : 0.6 * cells + 9 * root;
   report_remarks(
       command.common, command.input,
       {fmt::format("{} {}: about {:.0f} CPU seconds of this processor and {:.0f} KB", size.crossing_count,
@@ -277,7 +278,7 @@ Baked bake_cell(const MakeCommand& command) {
     report_estimate(size, command);
   };
   cell_options.needs_stitch_mesh = options.indirect == IndirectLight::paths;
-  const auto cell = [&] {
+  auto cell = [&] {
     TerminalProgress relaxation("relax", common.quiet);
     cell_options.progress = relaxation.callback();
     return value_or_throw(find_cell(command.input, cell_options));
@@ -302,6 +303,7 @@ Baked bake_cell(const MakeCommand& command) {
   }
   if (cell.stitch) provenance["recipe"] = recipe_of(provenance["stitch"], *cell.stitch, command.recipe);
   const std::string text = provenance.dump(-1, ' ', false, Json::error_handler_t::replace);
+  if (cell.stitch) cell.stitch->pattern = {};  // memory for its light
   auto baked = value_or_throw(cell.yarn ? bake(*cell.yarn, command.input, options, text, progress.callback())
                                         : bake(cell.mesh, command.input, options, text, progress.callback()));
   if (cell.stitch) {
@@ -315,9 +317,9 @@ Baked bake_cell(const MakeCommand& command) {
 }
 
 /// Fits samples, with progress; prints the remarks.
-FitOutcome fit_samples(const Samples& samples, const MakeCommand& command) {
+FitOutcome fit_samples(Samples samples, const MakeCommand& command) {
   TerminalProgress progress("fit", command.common.quiet);
-  auto outcome = fit_fabric(samples, command.options, progress.callback());
+  auto outcome = fit_fabric(std::move(samples), command.options, progress.callback());
   if (!outcome && outcome.error().file.empty()) outcome.error().file = command.input;
   FitOutcome fitted = value_or_throw(std::move(outcome));
   report_remarks(command.common, command.input, fitted.remarks);
@@ -467,7 +469,7 @@ std::optional<MadeFabric> make_file(const MakeCommand& command) {
   if (command.from_path.empty()) {
     Baked baked = bake_cell(needed);
     if (!command.samples_path.empty()) value_or_throw(write_samples(command.samples_path, baked.samples));
-    made = {std::move(baked.report), fit_samples(baked.samples, command)};
+    made = {std::move(baked.report), fit_samples(std::move(baked.samples), command)};
   } else {
     made = recoloured(command);
   }

@@ -7,7 +7,7 @@
 #include "converter/bake/setup.h"
 #include "converter/bake/texels.h"
 #include "converter/bake/yarn_samples.h"
-#include "converter/light/line_light.h"
+#include "converter/light/light_bands.h"
 #include "converter/mesh/find_yarns.h"
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
@@ -66,17 +66,17 @@ PairSamples bake_pairs(const TexelBaker& baker, const BakeOptions& o, const Samp
 
 /// The yarns with their light, as their file gives them back.
 YarnData lit_yarns(const YarnCell& cell, const BakeOptions& o, const SamplesHeader& header,
-                   BakeReport& report, const Progress& progress = {}) {
+                   BakeReport& report, bool is_huge = false, const Progress& progress = {}) {
   YarnData yarns = cell.yarns;
   yarns.station_light.assign(std::size_t{light_values_per_station} * counts_of(yarns).stations, 0);
   value_or_throw(validate(yarns, header.period_mm));
-  LineLightOptions lines{o.both_sides};
-  lines.progress = progress;
+  LineLightOptions lines{.both_sides = o.both_sides, .progress = progress};
+  if (is_huge) lines.spacing_radii *= 2;
   if (o.has_coarse_light) {
     lines.direction_count = 32;
     lines.spacing_radii = 1;
   }
-  if (!compute_yarn_light(yarns, header.period_mm, cell.wall_transmission, lines))
+  if (!compute_light_in_bands(yarns, header.period_mm, cell.wall_transmission, lines))
     report.remarks.emplace_back("yarn that absorbs next to nothing: some of its light may be missing");
   auto stored = value_or_throw(
       yarns_from_values(curve_values(yarns), indirect_values(yarns), header.yarns, header.period_mm));
@@ -170,9 +170,20 @@ Baked baked_mesh(const CellMesh& given, const std::string& name, const BakeOptio
   return baked;
 }
 
-Baked baked_yarn(const YarnCell& cell, const std::string& name, const BakeOptions& options,
+YarnCell with_fewer_stations(YarnCell cell) {
+  constexpr int fewest = 4;
+  for (YarnCurve& curve : cell.yarns.curves)
+    curve.stations = std::max(std::min(curve.stations, fewest), curve.stations / 2);
+  return cell;
+}
+
+Baked baked_yarn(const YarnCell& given, const std::string& name, const BakeOptions& options,
                  const std::string& provenance, const Progress& progress) {
   const Stopwatch watch;
+  // So much cloth is hardly seen close by.
+  constexpr int many_stations = 1 << 16;
+  const bool is_huge = counts_of(given.yarns).stations > many_stations;
+  const YarnCell cell = is_huge ? with_fewer_stations(given) : given;
   BakeOptions o = options;
   o.stores_yarns = true;
   o.indirect = IndirectLight::lines;
@@ -187,9 +198,9 @@ Baked baked_yarn(const YarnCell& cell, const std::string& name, const BakeOption
   // Light takes about a fifth of the time of charts of many stitches.
   constexpr double light_part = 0.2;
   const Progress of_light = [&](double fraction) { progress(light_part * fraction); };
-  samples.yarns = lit_yarns(cell, o, header, baked.report, progress ? of_light : Progress());
-  const YarnSampler sampler(samples.yarns, cell, header.reference_height, V2i(o.width, o.height),
-                            o.both_sides);
+  samples.yarns = lit_yarns(cell, o, header, baked.report, is_huge, progress ? of_light : Progress());
+  YarnSampler sampler(std::move(samples.yarns), cell, header.reference_height, V2i(o.width, o.height),
+                      o.both_sides);
   ProgressMeter work(header, progress, light_part);
   // Calls sample(i) for all of them, on all threads, and reports progress between them.
   const auto in_parallel = [&](std::size_t count, double each, const auto& sample) {
@@ -220,10 +231,10 @@ Baked baked_yarn(const YarnCell& cell, const std::string& name, const BakeOption
       if (kind == PairKind::held_out) held_out += of_pair;
   }
   finish(baked, o, all, held_out);
-  if (!options.stores_yarns) {
-    samples.yarns = {};
+  if (options.stores_yarns)
+    samples.yarns = sampler.take_yarn();
+  else
     header.yarns = {};
-  }
   baked.report.seconds = watch.seconds();
   return baked;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "format/cells/cell_image.h"
 #include "format/fabric/yarn_section.h"
@@ -14,7 +15,7 @@ constexpr double min_points = 1 << 14;
 constexpr double min_side_of_many = 3;
 constexpr double min_side_of_few = 6;
 /// Bytes of the points under the lights that are sampled together.
-constexpr std::size_t max_point_bytes = std::size_t{8} << 20;
+constexpr std::size_t max_point_bytes = std::size_t{24} << 20;
 /// The detail with which strands and hairs are seen; less where there are more hairs than this for a
 /// point: each is shaded under every light. Twill loses less than 0.1 dB of its finest level.
 constexpr float max_detail = 64;
@@ -23,14 +24,28 @@ constexpr float shadow_texels_per_pixel = 4;
 constexpr float piece_texels = 0.5F;
 constexpr std::size_t shadow_bytes = std::size_t{96} << 20;
 
+/// Fewer hairs, as much thicker, where there are more pieces of them than this for a point.
+void thin_hairs(YarnData& yarn, double points) {
+  constexpr double max_pieces_of_point = 4;
+  double pieces = 0;
+  for (const YarnCurve& curve : yarn.curves) pieces += std::abs(curve.hairs.count) * (hair_point_count - 1);
+  const double kept = max_pieces_of_point * points / std::max(pieces, 1.0);
+  for (YarnCurve& curve : yarn.curves) {
+    YarnHairs& hairs = curve.hairs;
+    if (kept >= 1 || hairs.count == 0) continue;
+    const int sense = hairs.count > 0 ? 1 : -1;
+    const int count = std::max(1, static_cast<int>(std::lround(sense * hairs.count * kept)));
+    hairs.radius *= static_cast<float>(sense * hairs.count) / static_cast<float>(count);
+    hairs.count = sense * count;
+  }
+}
+
 V3f rgb(const Group& group) { return {group[0], group[1], group[2]}; }
 
 }  // namespace
 
 struct YarnSampler::Scratch {
   CellScratch cell;
-  std::vector<V3f> table_lights;  ///< of cell.table, by their side as behind_table
-  bool behind_table = false;
   std::array<std::unique_ptr<CellShadows>, 2> of_pairs;  ///< by side; no other pair has a pair's light
   /// [texel][light]: sums over the points of one colour, over the number of all points; opacity belongs to
   /// the first light.
@@ -101,18 +116,27 @@ int points_per_texel(const V2i& texels, int samples) {
   return points * points;
 }
 
-YarnSampler::YarnSampler(const YarnData& lit, const YarnCell& cell, float plane, const V2i& texels,
-                         bool both_sides)
+YarnSampler::YarnSampler(YarnData lit, const YarnCell& cell, float plane, const V2i& texels, bool both_sides)
     : texels_(texels) {
   const V2f period(cell.period);
   const auto thickness = static_cast<float>(cell.thickness);
-  sides_.push_back(std::make_unique<SideOfYarn>(lit, period, plane));
+  for (const YarnCurve& curve : lit.curves) hairs_.push_back(curve.hairs);
+  thin_hairs(lit, points_per_texel(texels, 1) * texels.x * texels.y);
+  sides_.push_back(std::make_unique<SideOfYarn>(std::move(lit), period, plane));
   if (both_sides)
     sides_.push_back(std::make_unique<SideOfYarn>(turned_over(sides_.front()->yarns, thickness), period,
                                                   thickness - plane));
 }
 
 YarnSampler::~YarnSampler() = default;
+
+YarnData YarnSampler::take_yarn() {
+  const Yarns yarns = std::move(sides_.front()->yarns);
+  sides_.clear();
+  YarnData yarn = yarns.data();
+  for (std::size_t c = 0; c < hairs_.size(); ++c) yarn.curves[c].hairs = hairs_[c];
+  return yarn;
+}
 
 void YarnSampler::sample(const V3f& direction, std::span<const V3f> lights, int samples, CellShadows& shadows,
                          std::vector<V3f>* normals, Scratch& scratch) const {
@@ -126,19 +150,19 @@ void YarnSampler::sample(const V3f& direction, std::span<const V3f> lights, int 
       side.detail_of(static_cast<float>(plane), side.yarns.period().x / static_cast<float>(texels_.x));
   view.shadow_texels_per_pixel = shadow_texels_per_pixel;
   view.max_piece_pixels = piece_texels;
+  view.has_station_table = false;
   const auto texels = static_cast<std::size_t>(texels_.x) * static_cast<std::size_t>(texels_.y);
   for (std::vector<Group>& half : scratch.halves) half.assign(texels * lights.size(), Group{});
   const std::size_t at_once =
       std::clamp<std::size_t>(max_point_bytes / (plane * sizeof(Group)), 1, lights.size());
-  for (std::size_t first = 0; first < lights.size(); first += at_once) {
-    const auto some = lights.subspan(first, std::min(at_once, lights.size() - first));
+  for (std::size_t first = 0, end = 0; first < lights.size(); first = end) {
+    while (end < std::min(first + at_once, lights.size()) && (lights[end].z < 0) == (lights[first].z < 0))
+      ++end;
+    const auto some = lights.subspan(first, end - first);
     view.plane_count = static_cast<int>(some.size());
     view.lamps.clear();
     for (int l = 0; l < view.plane_count; ++l)
       view.lamps.push_back({behind ? mirrored(some[l]) : some[l], V3f(1, 1, 1), l});
-    scratch.cell.has_table = behind == scratch.behind_table && std::ranges::equal(some, scratch.table_lights);
-    scratch.table_lights.assign(some.begin(), some.end());
-    scratch.behind_table = behind;
     make_yarn_samples({&side.cell, &shadows, nullptr}, view, scratch.cell);
     add_points(points, lights.size(), first, some.size(), scratch);
   }

@@ -20,13 +20,15 @@ int points_per_texel(const V2i& texels, int samples);
 class YarnSampler {
  public:
   /// `lit`: the yarn with its light. `plane`: SamplesHeader::reference_height. Texels of one repeat.
-  YarnSampler(const YarnData& lit, const YarnCell& cell, float plane, const V2i& texels, bool both_sides);
+  YarnSampler(YarnData lit, const YarnCell& cell, float plane, const V2i& texels, bool both_sides);
   ~YarnSampler();
 
   /// Samples of all texels with `samples` points each (points_per_texel()); from behind where view.z < 0.
   /// Noise is the difference of the points' two halves, which lie as the two colours of a checkerboard.
   ViewSamples sample_view(const V3f& view, std::span<const V3f> lights, int samples, NoiseSum& noise) const;
   PairSamples sample_pair(const DirectionPair& pair, int samples, NoiseSum& noise) const;
+  /// The yarn as it was given; ends the sampling.
+  YarnData take_yarn();
 
  private:
   struct SideOfYarn;
@@ -38,6 +40,7 @@ class YarnSampler {
   void add_points(int points, std::size_t lights, std::size_t first, std::size_t count,
                   Scratch& scratch) const;
 
+  std::vector<YarnHairs> hairs_;                    ///< of the curves as they were given
   std::vector<std::unique_ptr<SideOfYarn>> sides_;  ///< the face, and the back turned over
   V2i texels_;
   mutable ScratchPool<Scratch> scratch_;

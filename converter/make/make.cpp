@@ -164,11 +164,16 @@ std::optional<double> near_accuracy(const nlohmann::json& provenance) {
   return least;
 }
 
+/// The front alone takes its samples with it.
+SideSamples samples_of(Samples& samples, Side side) {
+  return samples.header.both_sides ? side_samples(samples, side) : take_side_samples(samples, side);
+}
+
 using ProgressOfSide = std::function<Progress(std::size_t)>;
 
 /// Fits with the layers that make the whole file as large as options.file_bytes lets it be. Yarn is rounded
 /// where levels would have less room than in a file of standard quality, and left out where there is no room.
-std::vector<Fabric> fit_whole(const Samples& samples, const MakeOptions& options, std::size_t sides,
+std::vector<Fabric> fit_whole(Samples& samples, const MakeOptions& options, std::size_t sides,
                               const ProgressOfSide& progress, std::shared_ptr<const Yarns>& yarns,
                               std::vector<std::string>& remarks) {
   const auto bytes = static_cast<double>(*options.file_bytes);
@@ -176,7 +181,7 @@ std::vector<Fabric> fit_whole(const Samples& samples, const MakeOptions& options
       std::accumulate(budget_weights.begin(), budget_weights.begin() + static_cast<int>(sides), 0.0);
   std::vector<LayerFitter> fitters;
   for (std::size_t i = 0; i < sides; ++i)
-    fitters.push_back(layer_fitter(side_samples(samples, all_sides[i]), options, progress(i),
+    fitters.push_back(layer_fitter(samples_of(samples, all_sides[i]), options, progress(i),
                                    bytes * budget_weights[i] / weights));
   // Record, fallback and accuracy are not known yet.
   FileSearch search{bytes, bytes / 2, 500, 0.995, 8};
@@ -202,7 +207,7 @@ std::vector<Fabric> fit_whole(const Samples& samples, const MakeOptions& options
   return fits;
 }
 
-FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const Progress& progress) {
+FitOutcome fit_sides(Samples& samples, const MakeOptions& options, const Progress& progress) {
   const Stopwatch watch;
   FitOutcome outcome;
   const std::size_t sides = samples.header.both_sides ? all_sides.size() : 1;
@@ -217,8 +222,7 @@ FitOutcome fit_sides(const Samples& samples, const MakeOptions& options, const P
   std::vector<Fabric> fits;
   if (options.file_bytes) fits = fit_whole(samples, options, sides, of_side, yarns, outcome.remarks);
   for (std::size_t i = 0; i < sides; ++i) {
-    if (!options.file_bytes)
-      fits.push_back(fit_side(side_samples(samples, all_sides[i]), options, of_side(i)));
+    if (!options.file_bytes) fits.push_back(fit_side(samples_of(samples, all_sides[i]), options, of_side(i)));
     fits[i].side = all_sides[i];
     const PairSamples held_out = side_pairs(samples.pairs[index_of(PairKind::held_out)], all_sides[i]);
     value_or_throw(add_side_accuracy(round_to_stored_precision(fits[i], options.write.half_layers), held_out,
@@ -265,7 +269,7 @@ MakeOptions quality_named(std::string_view name) {
   return o;
 }
 
-Result<FitOutcome> fit_fabric(const Samples& samples, const MakeOptions& options, const Progress& progress) {
+Result<FitOutcome> fit_fabric(Samples samples, const MakeOptions& options, const Progress& progress) {
   return catch_failure([&] { return fit_sides(samples, options, progress); });
 }
 
@@ -285,9 +289,9 @@ Result<void> set_texels(const V2i& min_texels, int repeats, bool given, const st
 }
 
 Result<void> check_room(const StitchSize& size, const std::string& name) {
-  // With pieces as long as the radius of the yarn, in 3.4 GB of a reader's memory: measured on charts of 576
-  // to 2,304 stitches.
-  constexpr double max_length_radii = 235e3;
+  // With pieces as long as the radius of the yarn, beside the hairs: measured on charts of 576 to 5,580
+  // stitches.
+  constexpr double max_length_radii = 720e3;
   if (size.length_radii <= max_length_radii) return {};
   const double times = size.length_radii / max_length_radii;
   return fail(

@@ -45,8 +45,7 @@ struct FitOutcome {
 
 /// Fits all sides of the samples, and measures their errors on the held-out pairs. The options of the bake
 /// are ignored. OPTION_OUT_OF_RANGE for a budget that is too small for any fabric.
-Result<FitOutcome> fit_fabric(const Samples& samples, const MakeOptions& options,
-                              const Progress& progress = {});
+Result<FitOutcome> fit_fabric(Samples samples, const MakeOptions& options, const Progress& progress = {});
 
 /// Sets as many texels for each repeat as `asked` has for one, and no fewer than the stitch demands; refuses
 /// fewer that are `given`. `name` is for the message.

@@ -57,12 +57,20 @@ bool pack_light(const YarnData& yarn, YarnPacking& packing) {
     return Eigen::Map<const FloatMatrix>(light.data(), static_cast<Eigen::Index>(light.size() / values),
                                          values);
   };
+  // Of so many stations at a time: in double precision they take twice the memory.
+  constexpr Eigen::Index at_once = 4096;
+  const auto for_each_block = [&](const std::vector<float>& light, const auto& visit) {
+    const auto all = given(light);
+    for (Eigen::Index first = 0; first < all.rows(); first += at_once)
+      visit(first, Matrix(all.middleRows(first, std::min(at_once, all.rows() - first)).cast<double>()));
+  };
   Matrix squares = Matrix::Zero(values, values);
   double stations = 0;
   for (const auto* light : {&yarn.station_light, &yarn.light_through}) {
-    const Matrix all = given(*light).cast<double>();
-    squares += all.transpose() * all;
-    stations += static_cast<double>(all.rows());
+    for_each_block(*light, [&](Eigen::Index, const Matrix& some) {
+      squares += some.transpose() * some;
+      stations += static_cast<double>(some.rows());
+    });
   }
   const Matrix plain = mean_square_factor(0);
   const double mean = std::sqrt((plain * squares * plain.transpose()).trace() / stations);
@@ -78,7 +86,11 @@ bool pack_light(const YarnData& yarn, YarnPacking& packing) {
   for (const double value : steps.reshaped<Eigen::RowMajor>()) packing.functions.push_back(rounded(value));
   for (const auto& [light, factors] : {std::pair(&yarn.station_light, &packing.factors),
                                        std::pair(&yarn.light_through, &packing.factors_through)}) {
-    const Matrix wanted = directions.transpose() * root * given(*light).cast<double>().transpose() / step;
+    Matrix wanted(functions, given(*light).rows());
+    for_each_block(*light, [&, to_factors = Matrix(directions.transpose() * root / step)](
+                               Eigen::Index first, const Matrix& some) {
+      wanted.middleCols(first, some.rows()) = to_factors * some.transpose();
+    });
     for (const double value : wanted.reshaped<Eigen::RowMajor>()) {
       if (!(std::abs(value) < max_factor)) return false;
       factors->push_back(static_cast<float>(std::round(value)));

@@ -461,13 +461,14 @@ YarnData chains_of(const StitchPattern& pattern, const YarnChainOptions& options
   return data;
 }
 
-/// Whether a file holds the yarn, and readers with usual memory take it beside its other layers.
-bool fits_file(const YarnData& data, const V2f& period) {
-  constexpr std::int64_t few_pieces = max_piece_count / 8;
+/// Times that the yarn is larger than a file holds, or than what readers with usual memory take beside its
+/// other layers: it fits up to 1.
+double times_too_large(const YarnData& data, const V2f& period) {
+  constexpr double few = 0.125;
   constexpr double memory_part = 0.8;
-  const std::int64_t pieces = piece_count(data);
-  return pieces <= few_pieces ||
-         (pieces <= max_piece_count && yarn_memory_bytes(data, period) <= memory_part * default_memory_limit);
+  const double pieces = static_cast<double>(piece_count(data)) / max_piece_count;
+  if (pieces <= few || pieces > 1) return pieces;
+  return std::max(pieces, yarn_memory_bytes(data, period) / (memory_part * default_memory_limit));
 }
 
 /// Throws Failure.
@@ -503,7 +504,7 @@ double cut_hairs(StitchPattern& pattern) {
     kept = room;
   };
   if (kept > max_hairs_alone) cut_to(max_hairs_alone);
-  if (kept > max_hairs_beside_much && !fits_file(usual_chains(pattern, {}), V2f(pattern.period_mm)))
+  if (kept > max_hairs_beside_much && times_too_large(usual_chains(pattern, {}), V2f(pattern.period_mm)) > 1)
     cut_to(max_hairs_beside_much);
   return hairs > 0 ? kept / hairs : 1;
 }
@@ -516,12 +517,15 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
     int divisions = 0;
     for (const YarnCurve& curve : data.curves) divisions = std::max(divisions, curve.plies.divisions);
     constexpr int max_rounds = 16;
-    constexpr double coarser = 1.5;
-    for (int round = 0; round < max_rounds && !fits_file(data, V2f(pattern.period_mm)); ++round) {
+    constexpr double coarser = 1.2;
+    for (int round = 0; round < max_rounds; ++round) {
+      const double times = times_too_large(data, V2f(pattern.period_mm));
+      if (times <= 1) break;
       if (divisions > 1) {
-        --divisions;
+        divisions = std::clamp(static_cast<int>(divisions / times), 1, divisions - 1);
       } else {
-        for (double* sag : {&own.max_sag, &own.max_flat_sag}) *sag *= coarser;
+        // Chords are as long as the root of their sag.
+        for (double* sag : {&own.max_sag, &own.max_flat_sag}) *sag *= std::max(coarser, times * times);
         data = usual_chains(pattern, own);
       }
       for (YarnCurve& curve : data.curves) curve.plies.divisions = std::min(curve.plies.divisions, divisions);

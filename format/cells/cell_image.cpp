@@ -336,12 +336,32 @@ void find_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView&
   }
 }
 
-/// Means of what hairs send to the viewer: [hair of the ranges][plane], of `count` hairs. Those that are not
-/// shown are black. `once`: at one point each.
-void shade_hairs(const ShadingJob& job, std::span<const SeenHair> hairs, std::size_t count, bool once,
-                 std::vector<Group>& colours) {
+/// Means of what hairs send to the viewer: scratch.hairs, [shading][plane], and of each of `count` hairs the
+/// shading that it shows. `share`: neighbours on a yarn that show one. `once`: at one point each.
+void shade_hairs(const ShadingJob& job, std::size_t count, std::size_t share, bool once,
+                 CellScratch& scratch) {
+  struct Last {
+    std::uint32_t shading = 0;
+    std::size_t left = 0;  ///< neighbours that will show it
+  };
+  std::vector<Last> of_curve(job.yarn.yarns().data().curves.size());
+  scratch.hair_shadings.assign(count, 0);
+  std::vector<SeenHair>& hairs = scratch.seen_hairs;
+  std::uint32_t shadings = 0;
+  for (const SeenHair& hair : hairs) {
+    Last& last = of_curve[job.pieces.segments[hair.piece].curve];
+    if (last.left == 0) {
+      last = {shadings, share};
+      hairs[shadings] = {hair.piece, shadings, hair.radius};
+      ++shadings;
+    }
+    --last.left;
+    scratch.hair_shadings[hair.number] = last.shading;
+  }
+  hairs.resize(shadings);
   const YarnPieces& pieces = job.pieces;
-  colours.assign(count * job.view.plane_count, Group{});
+  std::vector<Group>& colours = scratch.hairs;
+  colours.assign(std::size_t{shadings} * job.view.plane_count, Group{});
   const V3f viewer = clamp_rise(job.view.view);
   ShadingBatch batch{};
   const auto flush = [&] {
@@ -370,7 +390,7 @@ void shade_hairs(const ShadingJob& job, std::span<const SeenHair> hairs, std::si
   flush();
   for (Group& colour : colours)
     for (float& value : colour) value *= once ? 1.0F : 0.5F;
-  for (std::size_t k = 0; k < count; ++k) colours[k * job.view.plane_count][3] = 1;
+  for (std::uint32_t k = 0; k < shadings; ++k) colours[std::size_t{k} * job.view.plane_count][3] = 1;
 }
 
 /// Collects the stations of light that pieces in sight ask for.
@@ -444,15 +464,23 @@ void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, 
     marks.add_seen(scratch.depths);
     for (const SeenHair& hair : scratch.seen_hairs) marks.add(hair.piece);
   }
-  if (!scratch.has_table)
+  std::vector<float> functions;
+  if (view.has_station_table) {
     fill_station_table(yarn, view, view.size.is_whole() ? nullptr : &scratch.stations, scratch.station_table);
-  job.station_table = scratch.station_table;
+    job.station_table = scratch.station_table;
+  } else {
+    job.lamp_functions = functions = functions_of_lamps(yarn, view);
+  }
   PointShader(job, slope, scratch.depths, scratch).shade_all();
   if (lines && !shown.hairs.empty()) {
-    const bool once = view.shading_block_size > 1 ||
-                      (yarn.has_large_cell() && 2 * scratch.seen_hairs.size() > view.size.count());
-    shade_hairs(job, scratch.seen_hairs, shown.hair_count(), once, scratch.hairs);
-    blend_hairs(yarn, pieces, seen_from, scratch.depths, shown.hairs, scratch.hairs, scratch.samples);
+    const std::size_t points = view.size.count();
+    const std::size_t seen = scratch.seen_hairs.size();
+    const bool once = view.shading_block_size > 1 || (yarn.has_large_cell() && 2 * seen > points);
+    // Samples of texels: as many shadings as points, of hairs that are finer than these.
+    const std::size_t share = view.has_station_table ? 1 : std::max<std::size_t>(1, seen / points);
+    shade_hairs(job, shown.hair_count(), share, once, scratch);
+    blend_hairs(yarn, pieces, seen_from, scratch.depths, shown.hairs, {scratch.hair_shadings, scratch.hairs},
+                scratch.samples);
   }
 }
 

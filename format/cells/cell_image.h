@@ -62,7 +62,7 @@ float height_step(const Yarns& yarns, float reference);
 /// A hair that an image shows.
 struct SeenHair {
   std::int32_t piece = 0;
-  std::uint32_t number = 0;  ///< in the ranges of those that it may show
+  std::uint32_t number = 0;  ///< in the ranges of those that it may show; of a shaded one, its shading
   float radius = 0;          ///< as its rays see it, mm
 };
 
@@ -70,11 +70,11 @@ struct SeenHair {
 struct CellScratch {
   DepthGrid depths;
   std::vector<Group> station_table;  ///< [station][angle function][slot]
-  bool has_table = false;            ///< of the view's lamps already, and of no window
   std::vector<Group> samples;        ///< [row][column][plane]: radiance, opacity
   ShownPieces shown;
   std::vector<SeenHair> seen_hairs;
-  std::vector<Group> hairs;  ///< [hair of `shown`][plane]: radiance, opacity
+  std::vector<std::uint32_t> hair_shadings;  ///< of the hairs of `shown`, in `hairs`
+  std::vector<Group> hairs;                  ///< [shading][plane]: radiance, opacity
   std::vector<Group> row_sums, pixel_sums;
   std::vector<std::uint32_t> shading_source_indices;  ///< of samples: the one whose light they show
   /// Pieces and stations that an image has marked, by its number.

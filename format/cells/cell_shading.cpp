@@ -265,6 +265,20 @@ SELVEDGE_INLINE ShadedLanes<N> surface_lanes(const ShadingJob& job, const Shadin
   return at;
 }
 
+/// Stores the colours of lanes: of lane 4 j + i in to[i][j].
+template <std::size_t N>
+SELVEDGE_INLINE void store_colours(const WideVec3<N>& rgb, Group (*to)[N / 4]) {
+  const WideFloat<N> zero(0);
+  const auto xz_low = interleave_lower(rgb.x.v, rgb.z.v);
+  const auto xz_high = interleave_upper(rgb.x.v, rgb.z.v);
+  const auto y_low = interleave_lower(rgb.y.v, zero.v);
+  const auto y_high = interleave_upper(rgb.y.v, zero.v);
+  WideFloat<N>(interleave_lower(xz_low, y_low)).store(to[0][0].data());
+  WideFloat<N>(interleave_upper(xz_low, y_low)).store(to[1][0].data());
+  WideFloat<N>(interleave_lower(xz_high, y_high)).store(to[2][0].data());
+  WideFloat<N>(interleave_upper(xz_high, y_high)).store(to[3][0].data());
+}
+
 /// Adds the lamps' own light.
 template <std::size_t N>
 SELVEDGE_INLINE void add_direct(const ShadingJob& job, const ShadingBatch& batch, const PointLanes<N>& points,
@@ -274,15 +288,8 @@ SELVEDGE_INLINE void add_direct(const ShadingJob& job, const ShadingBatch& batch
   const Wide zero(0);
   const auto planes = static_cast<std::size_t>(job.view.plane_count);
   const auto add_lanes = [&](int plane, const Vec& sum) __attribute__((always_inline)) {
-    const auto xz_low = interleave_lower(sum.x.v, sum.z.v);
-    const auto xz_high = interleave_upper(sum.x.v, sum.z.v);
-    const auto y_low = interleave_lower(sum.y.v, zero.v);
-    const auto y_high = interleave_upper(sum.y.v, zero.v);
-    Group colour[4][N / 4];  // NOLINT(modernize-avoid-c-arrays): of point 4 j + i
-    Wide(interleave_lower(xz_low, y_low)).store(colour[0][0].data());
-    Wide(interleave_upper(xz_low, y_low)).store(colour[1][0].data());
-    Wide(interleave_lower(xz_high, y_high)).store(colour[2][0].data());
-    Wide(interleave_upper(xz_high, y_high)).store(colour[3][0].data());
+    Group colour[4][N / 4];  // NOLINT(modernize-avoid-c-arrays)
+    store_colours(sum, colour);
     for (std::size_t i = 0; i < points.count; ++i)
       accumulate(group_lanes(colour[i % 4][i / 4]),
                  raw[std::size_t{batch.texel[points.first + i]} * planes + plane]);
@@ -344,7 +351,55 @@ std::size_t slots_in_order(std::span<const LightSlot> slots) {
   return count;
 }
 
-/// Adds light from the table, and sets the opacity. `in_order`: slots_in_order().
+/// The light of a point from the coefficients of two stations, for every lamp in turn: fewer steps than by
+/// tables where lamps are many.
+template <std::size_t N>
+SELVEDGE_INLINE void add_by_lamps(const ShadingJob& job, const float* a, const float* b, float part,
+                                  const std::array<float, angle_function_count>& factors,
+                                  const Quad& of_lamps, float bright, const V2f& view_and_lustre, Group* to) {
+  using Wide = WideFloat<N>;
+  constexpr std::size_t values = 3 * yarn_light_function_count;
+  alignas(64) float light[32] = {};  // NOLINT(modernize-avoid-c-arrays)
+  static_assert(values <= 32 && (angle_function_count - 1) * values + 32 <= light_values_per_station);
+  for (std::size_t k = 0; k < angle_function_count; ++k) {
+    const Wide factor(factors[k]);
+    for (std::size_t i = 0; i < 32; i += N) {
+      const Wide low = Wide::load(&a[k * values + i]);
+      const Wide high = Wide::load(&b[k * values + i]);
+      (Wide::load(&light[i]) + factor * (low + Wide(part) * (high - low))).store(&light[i]);
+    }
+  }
+  if (view_and_lustre.y > 0) {
+    std::array<float, light_moment_count> moments{};
+    const float* const first = a + transfer_values_per_station;
+    const float* const second = b + transfer_values_per_station;
+    for (std::size_t i = 0; i < light_moment_count * angle_function_count; ++i)
+      moments[i / angle_function_count] +=
+          factors[i % angle_function_count] * (first[i] + part * (second[i] - first[i]));
+    bright *= lustre_factor(view_and_lustre.x, view_and_lustre.y, moments[0], moments[1]);
+  }
+  const std::size_t lamps = job.slots.size();
+  const std::size_t padded = job.lamp_functions.size() / values;
+  for (std::size_t lamp = 0; lamp < lamps; lamp += N) {
+    WideVec3<N> sum{Wide(0), Wide(0), Wide(0)};
+    const float* function = &job.lamp_functions[lamp];
+    for (std::size_t i = 0; i < values; i += 3) {
+      sum.x = sum.x + Wide(light[i]) * Wide::load(function);
+      sum.y = sum.y + Wide(light[i + 1]) * Wide::load(function + padded);
+      sum.z = sum.z + Wide(light[i + 2]) * Wide::load(function + 2 * padded);
+      function += 3 * padded;
+    }
+    const auto sent = [&](const Wide& value, int colour) __attribute__((always_inline)) {
+      return max(value * Wide(of_lamps[colour]), Wide(0)) * Wide(bright);
+    };
+    Group colours[4][N / 4];  // NOLINT(modernize-avoid-c-arrays)
+    store_colours(WideVec3<N>{sent(sum.x, 0), sent(sum.y, 1), sent(sum.z, 2)}, colours);
+    for (std::size_t i = 0; i < std::min(N, lamps - lamp); ++i)
+      accumulate(group_lanes(colours[i % 4][i / 4]), to[lamp + i]);
+  }
+}
+
+/// Adds light from the table or the lamps' functions, and sets the opacity. `in_order`: slots_in_order().
 template <std::size_t N>
 SELVEDGE_INLINE void add_indirect(const ShadingJob& job, const ShadingBatch& batch,
                                   const PointLanes<N>& points, const ShadedLanes<N>& at, std::size_t in_order,
@@ -376,8 +431,6 @@ SELVEDGE_INLINE void add_indirect(const ShadingJob& job, const ShadingBatch& bat
     if (here >= curve.stations) here -= curve.stations;
     const int next = here + 1 >= curve.stations ? 0 : here + 1;
     const int first = first_station[points.curves[i]];
-    const Group* a = &job.station_table[(first + here) * angle_function_count * columns];
-    const Group* b = &job.station_table[(first + next) * angle_function_count * columns];
     const V3f& groove = curve.plies.outward_gain;
     const Quad of_lamps = Quad{1, 1, 1, 0} + Quad{groove.x, groove.y, groove.z, 0} * numbers[6][i];
     Wide of_all_lamps;
@@ -386,6 +439,17 @@ SELVEDGE_INLINE void add_indirect(const ShadingJob& job, const ShadingBatch& bat
     const std::array<float, angle_function_count> factors{
         1, numbers[2][i], numbers[3][i], numbers[sides ? 8 : 4][i], numbers[sides ? 9 : 5][i]};
     Group* const to = raw + std::size_t{batch.texel[points.first + i]} * planes;
+    (*to)[3] = 1;
+    if (!job.view.has_station_table) {
+      const bool behind = slots > 0 && job.slots.front().source == LightSlot::behind;
+      const float* const light = (behind ? data.light_through : data.station_light).data();
+      add_by_lamps<N>(job, &light[std::size_t{1} * (first + here) * light_values_per_station],
+                      &light[std::size_t{1} * (first + next) * light_values_per_station], numbers[1][i],
+                      factors, of_lamps, numbers[7][i], {numbers[10][i], behind ? 0 : numbers[11][i]}, to);
+      continue;
+    }
+    const Group* a = &job.station_table[(first + here) * angle_function_count * columns];
+    const Group* b = &job.station_table[(first + next) * angle_function_count * columns];
     float by_view = 1;
     if (numbers[11][i] > 0) {
       const Quad moments = light_of_slots<Quad>(a, b, numbers[1][i], factors, columns, slots);
@@ -406,7 +470,6 @@ SELVEDGE_INLINE void add_indirect(const ShadingJob& job, const ShadingBatch& bat
       if (from_side == LightSlot::front) value *= by_view;
       accumulate(value, to[job.slots[slot].plane]);
     }
-    (*to)[3] = 1;
   }
 }
 
@@ -473,6 +536,19 @@ std::vector<LightSlot> light_slots(const CellYarn& yarn, const CellView& view) {
   std::vector<LightSlot> slots;
   for (const LightSource& source : light_sources(yarn, view)) slots.push_back(source.slot);
   return slots;
+}
+
+std::vector<float> functions_of_lamps(const CellYarn& yarn, const CellView& view) {
+  const std::vector<LightSource> sources = light_sources(yarn, view);
+  const std::size_t padded = (sources.size() + max_lanes - 1) / max_lanes * max_lanes;
+  std::vector<float> functions(padded * 3 * yarn_light_function_count);
+  for (std::size_t lamp = 0; lamp < sources.size(); ++lamp) {
+    float* to = &functions[lamp];
+    for (const V3f& value : sources[lamp].basis) {
+      for (int colour = 0; colour < 3; ++colour, to += padded) *to = value[colour];
+    }
+  }
+  return functions;
 }
 
 void fill_station_table(const CellYarn& yarn, const CellView& view,

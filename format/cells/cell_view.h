@@ -64,6 +64,9 @@ struct CellView {
   float rays_per_pixel_side = 8;
   /// The samples of one ply in a block of n x n share one shading: n.
   int shading_block_size = 1;
+  /// Whether stations have tables of the lamps' light. Without, the light of many lamps is found at each
+  /// point: all of one side, on the planes of their numbers, and without an environment.
+  bool has_station_table = true;
 };
 
 }  // namespace selvedge

@@ -265,11 +265,11 @@ SELVEDGE_INLINE void draw(const float (*fields)[N], int i, std::int32_t number, 
 
 /// Blends hair `number`, lane i of `fields`, over texels.
 template <std::size_t N>
-SELVEDGE_INLINE void blend(const float (*fields)[N], int i, std::span<const Group> colours,
-                           const DepthGrid& seen, std::size_t hair, std::span<Group> raw) {
+SELVEDGE_INLINE void blend(const float (*fields)[N], int i, const HairColours& colours, const DepthGrid& seen,
+                           std::size_t hair, std::span<Group> raw) {
   using Wide = WideFloat<N>;
   const std::size_t planes = raw.size() / (static_cast<std::size_t>(seen.width) * seen.height);
-  const float* const colour = colours[hair * planes].data();
+  const float* const colour = colours.colours[colours.shadings[hair] * planes].data();
   const float gx = fields[g_x][i];
   // Distances in texels: a line of 2 `wide` that passes `beside` a texel's centre covers so much of it.
   const float per_texel = std::sqrt(gx * gx + fields[g_y][i] * fields[g_y][i]);
@@ -345,7 +345,7 @@ SELVEDGE_THREE_BODIES(splat_pieces,
 template <std::size_t N>
 SELVEDGE_INLINE void blend_pieces(const YarnPieces& pieces, const V2f& period, float plane,
                                   const SplatView& view, const DepthGrid& seen,
-                                  std::span<const PieceRange> hairs, std::span<const Group> colours,
+                                  std::span<const PieceRange> hairs, const HairColours& colours,
                                   std::span<Group> raw) {
   const V2f texel = period / V2f(seen.period);
   alignas(64) float fields[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
@@ -361,8 +361,8 @@ SELVEDGE_INLINE void blend_pieces(const YarnPieces& pieces, const V2f& period, f
 }
 SELVEDGE_THREE_BODIES(blend_pieces,
                       (const YarnPieces& pieces, const V2f& period, float plane, const SplatView& view,
-                       const DepthGrid& seen, std::span<const PieceRange> hairs,
-                       std::span<const Group> colours, std::span<Group> raw),
+                       const DepthGrid& seen, std::span<const PieceRange> hairs, const HairColours& colours,
+                       std::span<Group> raw),
                       (pieces, period, plane, view, seen, hairs, colours, raw))
 
 /// Windows of rays that stand for `width` mm, along one axis.
@@ -454,7 +454,7 @@ void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView
 }
 
 void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const DepthGrid& seen,
-                 std::span<const PieceRange> hairs, std::span<const Group> colours, std::span<Group> raw) {
+                 std::span<const PieceRange> hairs, const HairColours& colours, std::span<Group> raw) {
   static const auto blend_all = blend_pieces_for_this_processor();
   blend_all(pieces, yarn.yarns().period(), yarn.reference_height(), view, seen, hairs, colours, raw);
 }

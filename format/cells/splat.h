@@ -52,11 +52,14 @@ void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView
 /// Slope of rays from a unit direction: rays rise by at least min_ray_rise (lifted.h).
 V2f ray_slope(const V3f& direction);
 
+struct HairColours {
+  std::span<const std::uint32_t> shadings;  ///< of the hairs of ranges
+  std::span<const Group> colours;           ///< [shading][plane], radiance
+};
 /// Blends hairs, as lines of their fraction of each texel, over texels whose yarn `seen` has, in the order of
-/// the pieces. `colours`: [hair of the ranges][plane], radiance; `raw`: [row][column][plane], radiance and
-/// opacity.
+/// the pieces. `raw`: [row][column][plane], radiance and opacity.
 void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const DepthGrid& seen,
-                 std::span<const PieceRange> hairs, std::span<const Group> colours, std::span<Group> raw);
+                 std::span<const PieceRange> hairs, const HairColours& colours, std::span<Group> raw);
 
 /// Draws pieces into a grid of at least min_cell_texels x min_cell_texels, whose size is set.
 void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view,

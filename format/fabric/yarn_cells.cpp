@@ -15,9 +15,9 @@ struct CellSizes {
   double half_diagonal;
 };
 
-/// Cells are as large as the yarn is thick, in the mean over its segments but hairs.
+/// Cells are as large as the yarn is thick, in the mean over its segments but hairs; of large cloth larger.
 CellSizes sizes_of(double radius, const V2f& period_mm) {
-  constexpr double max_cells = 1 << 20;
+  constexpr double max_cells = 1 << 16;
   const V2d period(period_mm);
   const double size =
       std::max({radius, std::sqrt(period.x * period.y / max_cells), period.x / 4096, period.y / 4096});

@@ -332,7 +332,11 @@ PairSamples side_pairs(const PairSamples& all, Side side) {
   return result;
 }
 
-SideSamples side_samples(const Samples& samples, Side side) {
+namespace {
+
+/// `done(v)`: view v is no longer needed.
+template <class Done>
+SideSamples side_samples(const Samples& samples, Side side, const Done& done) {
   const SamplesHeader& h = samples.header;
   SideSamples result{h, {}, {}};
   result.header.side = side;
@@ -362,8 +366,19 @@ SideSamples side_samples(const Samples& samples, Side side) {
       V3f* out = &level.radiance[(t * views + v) * lights];
       for (std::size_t l = 0; l < lights; ++l) out[l] = view.radiance[(first_light + l) * texels + t];
     }
+    done(v + (behind ? views : 0));
   }
   return result;
+}
+
+}  // namespace
+
+SideSamples side_samples(const Samples& samples, Side side) {
+  return side_samples(samples, side, [](std::size_t) {});
+}
+
+SideSamples take_side_samples(Samples& samples, Side side) {
+  return side_samples(samples, side, [&](std::size_t v) { samples.views[v] = {}; });
 }
 
 Result<void> round_to_half(Samples& samples) {

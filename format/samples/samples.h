@@ -106,6 +106,8 @@ struct SideSamples {
 };
 /// Precondition: the front, or header.both_sides.
 SideSamples side_samples(const Samples& samples, Side side);
+/// The same of the only side that is asked for: frees the views on the way.
+SideSamples take_side_samples(Samples& samples, Side side);
 /// The same of one set of pairs.
 PairSamples side_pairs(const PairSamples& all, Side side);
 

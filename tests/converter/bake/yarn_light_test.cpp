@@ -1,5 +1,5 @@
 #include "converter/bake/bake.h"
-#include "converter/light/line_light.h"
+#include "converter/light/light_bands.h"
 
 #include <doctest/doctest.h>
 
@@ -167,6 +167,46 @@ TEST_CASE("a yarn that lies alone has no light but its own") {
     point.angle_sine = std::sin(angle);
     const LightTransfer transfer = yarns.transfer_at(point);
     for (const V3f& light : cell_directions({4, 4})) CHECK(indirect_light(transfer, light).x < 0.003F);
+  }
+}
+
+TEST_CASE("cloth that is lit in bands of rows has the light of the whole") {
+  constexpr int rows = 40;
+  StitchPattern pattern;
+  pattern.name = "rows";
+  pattern.period_mm = {4, 1.1 * rows};
+  for (int i = 0; i < rows; ++i) {
+    const double y = 1.1 * i;
+    const double z = 0.2 * (i % 3);
+    pattern.yarns.push_back({.radius_mm = 0.5,
+                             .albedo = V3f(i % 2 == 0 ? 0.8F : 0.3F, 0.5F, 0.1F),
+                             .segments = {{V3d(0, y, z), V3d(1, y, z), V3d(3, y, z), V3d(4, y, z)}}});
+  }
+  const YarnCell cell = need(yarn_cell_of(pattern));
+  const V2f period(cell.period);
+  YarnData whole = cell.yarns;
+  YarnData banded = cell.yarns;
+  const LineLightOptions options{.both_sides = true, .spacing_radii = 0.1F};
+  CHECK(compute_yarn_light(whole, period, cell.wall_transmission, options));
+  const int stations = counts_of(whole).stations;
+  CHECK(compute_light_in_bands(banded, period, cell.wall_transmission, options, stations / 2));
+  // The mean around a row, of light from above: rows have two colours and three heights.
+  constexpr int kinds = 6;
+  for (const auto& light : {&YarnData::station_light, &YarnData::light_through}) {
+    CHECK(banded.*light != whole.*light);
+    const auto basis = light_basis(V3f(0, 0, 1));
+    const auto mean_of = [&](const YarnData& data, int first, int step) {
+      float sum = 0;
+      for (int s = 0; s < stations; ++s)
+        for (int k = 0; k < yarn_light_function_count && s * rows / stations % step == first; ++k)
+          sum += (data.*light)[std::size_t{light_values_per_station} * s + 3 * k] * basis[k];
+      return sum * static_cast<float>(step) / static_cast<float>(stations);
+    };
+    for (int kind = 0; kind < kinds; ++kind) {
+      const float expected = mean_of(whole, kind, kinds);
+      CHECK(expected > 0.003F);
+      CHECK(std::abs(mean_of(banded, kind, kinds) - expected) < 0.08F * expected);
+    }
   }
 }
 
