@@ -38,43 +38,44 @@ std::pair<int, int> bins_touched(double low, double high, double size, int count
 
 Result<ImplicitSurface> ImplicitSurface::build(const StitchPattern& pattern, double reach,
                                                const std::string& file) {
-  double estimate = 0;
+  auto surface = cut(pattern, file);
+  if (!surface) return surface;
   double min_radius = pattern.yarns.front().radius_mm;
-  for (const Yarn& yarn : pattern.yarns) {
-    min_radius = std::min(min_radius, yarn.radius_mm);
+  for (const Yarn& yarn : pattern.yarns) min_radius = std::min(min_radius, yarn.radius_mm);
+  surface->reach_ = reach;
+  // Bins much smaller than the reach would repeat the same pieces.
+  const double size = std::max(0.5 * min_radius, 0.25 * reach);
+  double times = 1;
+  while (!surface->index(size * times) && times < 8) times *= 1.25;
+  if (surface->entries_.empty())
+    return fail(Code::mesh_invalid, file, "/yarns", "the yarns are too many and too close for the index");
+  return surface;
+}
+
+Result<ImplicitSurface> ImplicitSurface::cut(const StitchPattern& pattern, const std::string& file) {
+  double estimate = 0;
+  for (const Yarn& yarn : pattern.yarns)
     for (const BezierSegment& segment : yarn.segments)
       estimate += 1 + polygon_length(segment) / (span_length_radii * yarn.radius_mm);
-  }
   if (estimate > max_curve_pieces)
     return fail(Code::mesh_invalid, file, "/yarns",
                 fmt::format("the yarns are too long for their radius: about {:.0f} pieces, at most {:.0f}",
                             estimate, max_curve_pieces));
   ImplicitSurface surface;
   surface.period_ = pattern.period_mm;
-  surface.reach_ = reach;
-  surface.cut(pattern);
-  // Bins much smaller than the reach would repeat the same pieces.
-  const double size = std::max(0.5 * min_radius, 0.25 * reach);
-  double times = 1;
-  while (!surface.index(size * times) && times < 8) times *= 1.25;
-  if (surface.entries_.empty())
-    return fail(Code::mesh_invalid, file, "/yarns", "the yarns are too many and too close for the index");
-  return surface;
-}
-
-void ImplicitSurface::cut(const StitchPattern& pattern) {
-  low_ = std::numeric_limits<double>::max();
-  high_ = std::numeric_limits<double>::lowest();
+  surface.pieces_.reserve(static_cast<std::size_t>(estimate));
+  surface.low_ = std::numeric_limits<double>::max();
+  surface.high_ = std::numeric_limits<double>::lowest();
   for (std::size_t y = 0; y < pattern.yarns.size(); ++y) {
     const Yarn& yarn = pattern.yarns[y];
     double length = 0;
-    const std::size_t first = pieces_.size();
+    const std::size_t first = surface.pieces_.size();
     for (std::size_t i = 0; i < yarn.segments.size(); ++i) {
       const BezierSegment& segment = yarn.segments[i];
       for (const CurveSpan& span :
            spans_of(segment, span_length_radii * yarn.radius_mm, span_sag_radii * yarn.radius_mm)) {
-        pieces_.push_back({segment, span, yarn.radius_mm, static_cast<int>(y), length});
-        Piece& piece = pieces_.back();
+        surface.pieces_.push_back({segment, span, yarn.radius_mm, static_cast<int>(y), length});
+        Piece& piece = surface.pieces_.back();
         length += piece.length();
         if (is_round(yarn)) continue;
         piece.start_squeeze = selvedge::squeeze_at(yarn, i, span.t0);
@@ -83,9 +84,10 @@ void ImplicitSurface::cut(const StitchPattern& pattern) {
         if (!yarn.squeezes.empty()) piece.search_squeeze = piece.squeeze_at(0.5 * (span.t0 + span.t1));
       }
     }
-    yarn_length_.push_back(length);
-    for (std::size_t p = first; p < pieces_.size(); ++p) {
-      Piece& piece = pieces_[p];
+    surface.yarn_length_.push_back(length);
+    surface.turns_.push_back(chain_periods(yarn, pattern.period_mm));
+    for (std::size_t p = first; p < surface.pieces_.size(); ++p) {
+      Piece& piece = surface.pieces_[p];
       piece.start_radius = radius_with_swells(yarn, piece.start_length, length);
       piece.end_radius = radius_with_swells(yarn, piece.start_length + piece.length(), length);
       const double larger = std::max(piece.start_radius, piece.end_radius);
@@ -95,10 +97,11 @@ void ImplicitSurface::cut(const StitchPattern& pattern) {
       };
       const double thickest = std::max(tall(piece.start_squeeze), tall(piece.end_squeeze));
       const double margin = thickest + piece.span.sag;
-      low_ = std::min(low_, std::min(piece.span.start.z, piece.span.end.z) - margin);
-      high_ = std::max(high_, std::max(piece.span.start.z, piece.span.end.z) + margin);
+      surface.low_ = std::min(surface.low_, std::min(piece.span.start.z, piece.span.end.z) - margin);
+      surface.high_ = std::max(surface.high_, std::max(piece.span.start.z, piece.span.end.z) + margin);
     }
   }
+  return surface;
 }
 
 template <class Visit>
@@ -228,76 +231,98 @@ SurfaceSample ImplicitSurface::sample(const V3d& point) const {
   return best;
 }
 
-Result<double> minimum_clearance(const StitchPattern& pattern, const std::string& file) {
-  double largest = 0;
-  for (const Yarn& yarn : pattern.yarns) largest = std::max(largest, half_width_of(yarn));
-  // The reach counts from a centre line, so it is one radius larger.
-  auto built = ImplicitSurface::build(pattern, 2 * largest, file);
-  if (!built) return tl::unexpected(built.error());
-  const ImplicitSurface& surface = *built;
+bool ImplicitSurface::are_adjacent(const Piece& a, double ta, const Piece& b, double tb,
+                                   const V2i& shift) const {
+  if (a.yarn != b.yarn) return false;
+  const V2i& turn = turns_[a.yarn];
+  const double chain = yarn_length_[a.yarn];
+  double along = b.start_length + b.part(tb) * b.length() - a.start_length - a.part(ta) * a.length();
+  if (turn == V2i(0, 0)) {
+    if (shift != V2i(0, 0)) return false;
+    along = std::abs(along);
+    along = std::min(along, chain - along);
+  } else {
+    const int count = turn.x != 0 ? shift.x / turn.x : shift.y / turn.y;
+    if (turn * count != shift) return false;
+    along = std::abs(along + count * chain);
+  }
+  return along < std::numbers::pi * a.radius;
+}
 
-  // Points on pieces as (piece, parameter, length along the chain).
-  const auto length_at = [](const ImplicitSurface::Piece& piece, double t) {
-    return piece.start_length + piece.part(t) * piece.length();
+Result<double> minimum_clearance(const StitchPattern& pattern, const std::string& file) {
+  double smallest = 0;
+  for (const Yarn& yarn : pattern.yarns) smallest = std::max(smallest, half_width_of(yarn));
+  auto cut = ImplicitSurface::cut(pattern, file);
+  if (!cut) return tl::unexpected(cut.error());
+  const ImplicitSurface& surface = *cut;
+  using Piece = ImplicitSurface::Piece;
+  const auto periods = [&](const V3d& way) {
+    return V2i(static_cast<int>(std::lround(way.x / surface.period_.x)),
+               static_cast<int>(std::lround(way.y / surface.period_.y)));
   };
-  const auto adjacent = [&](const ImplicitSurface::Piece& a, double ta, const ImplicitSurface::Piece& b,
-                            double tb, const V2i& shift) {
-    if (a.yarn != b.yarn) return false;
-    const Yarn& yarn = pattern.yarns[a.yarn];
-    const V2i turns = chain_periods(yarn, pattern.period_mm);
-    const double chain = surface.yarn_length_[a.yarn];
-    double along = length_at(b, tb) - length_at(a, ta);
-    if (turns == V2i(0, 0)) {
-      if (shift != V2i(0, 0)) return false;
-      along = std::abs(along);
-      along = std::min(along, chain - along);
-    } else {
-      const int count = turns.x != 0 ? shift.x / turns.x : shift.y / turns.y;
-      if (turns * count != shift) return false;
-      along = std::abs(along + count * chain);
-    }
-    return along < std::numbers::pi * a.radius;
+  // Pieces lie within this of their middles.
+  const auto reach_of = [](const Piece& piece) {
+    return 0.5 * piece.length() + piece.span.sag + piece.radius;
   };
+  std::vector<V3d> middles;
+  middles.reserve(surface.pieces_.size());
+  double farthest = 0;
+  for (const Piece& piece : surface.pieces_) {
+    middles.push_back(surface.wrap((piece.span.start + piece.span.end) * 0.5));
+    farthest = std::max(farthest, reach_of(piece));
+  }
+  const PeriodicGrid grid(middles, surface.period_, 2 * farthest);
 
   constexpr int steps = 8;  // points per piece: 1/16 of a radius apart
   double distances = 0;
-  for (const ImplicitSurface::Piece& a : surface.pieces_) {
-    const std::size_t bin = surface.bin_of(surface.wrap((a.span.start + a.span.end) * 0.5));
-    distances += steps * (surface.bin_start_[bin + 1] - surface.bin_start_[bin]);
-  }
-  if (distances > max_clearance_distances)
-    return fail(Code::mesh_invalid, file, "/yarns", "the yarns are too many and too close to each other");
-  double smallest = largest;
-  for (const ImplicitSurface::Piece& a : surface.pieces_) {
+  const auto look_at = [&](const Piece& a, const Piece& b, const V2i& shift) {
+    const double radii = a.radius + b.radius;
+    const auto away = [&](const V3d& local) {
+      return chord_distance(local, b.span.start, b.span.end) - b.span.sag - radii;
+    };
+    const V3d moved(shift.x * surface.period_.x, shift.y * surface.period_.y, 0);
+    if (away((a.span.start + a.span.end) * 0.5 - moved) - 0.5 * a.length() - a.span.sag >= smallest) return;
+    distances += steps;
     for (int step = 0; step < steps; ++step) {
       const double ta = a.span.t0 + (a.span.t1 - a.span.t0) * (step + 0.5) / steps;
       const V3d point = point_at(a.segment, ta);
       const V3d wrapped = surface.wrap(point);
-      const V2i cell(static_cast<int>(std::lround((point.x - wrapped.x) / surface.period_.x)),
-                     static_cast<int>(std::lround((point.y - wrapped.y) / surface.period_.y)));
-      const std::size_t bin = surface.bin_of(wrapped);
-      for (std::uint32_t e = surface.bin_start_[bin]; e < surface.bin_start_[bin + 1]; ++e) {
-        const ImplicitSurface::Entry& entry = surface.entries_[e];
-        const ImplicitSurface::Piece& b = surface.pieces_[entry.piece];
-        const V3d local =
-            wrapped - V3d(entry.shift_x * surface.period_.x, entry.shift_y * surface.period_.y, 0);
-        const double radii = a.radius + b.radius;
-        if (chord_distance(local, b.span.start, b.span.end) - b.span.sag - radii >= smallest) continue;
-        const V2i shift = V2i(entry.shift_x, entry.shift_y) + cell;
-        if (adjacent(a, ta, b, b.span.t0, shift) && adjacent(a, ta, b, b.span.t1, shift)) continue;
-        const double tb = b.nearest_to(local);
-        if (adjacent(a, ta, b, tb, shift)) continue;
-        const V3d apart = local - point_at(b.segment, tb);
-        if (apart.length2() == 0 || !(a.flat() || b.flat())) {
-          smallest = std::min(smallest, apart.length() - radii);
-          continue;
-        }
-        const YarnSection of_a{a.radius_at(ta), a.squeeze_at(ta)};
-        const YarnSection of_b{b.radius_at(tb), b.squeeze_at(tb)};
-        const V3d d = separating_direction(apart, of_a, of_b);
-        smallest = std::min(smallest, apart.dot(d) - support_of(of_a, d) - support_of(of_b, d));
+      const V2i own = shift - periods(point - wrapped);
+      const V3d local = wrapped - V3d(own.x * surface.period_.x, own.y * surface.period_.y, 0);
+      if (away(local) >= smallest) continue;
+      if (surface.are_adjacent(a, ta, b, b.span.t0, shift) &&
+          surface.are_adjacent(a, ta, b, b.span.t1, shift))
+        continue;
+      const double tb = b.nearest_to(local);
+      if (surface.are_adjacent(a, ta, b, tb, shift)) continue;
+      const V3d apart = local - point_at(b.segment, tb);
+      if (apart.length2() == 0 || !(a.flat() || b.flat())) {
+        smallest = std::min(smallest, apart.length() - radii);
+        continue;
       }
+      const YarnSection of_a{a.radius_at(ta), a.squeeze_at(ta)};
+      const YarnSection of_b{b.radius_at(tb), b.squeeze_at(tb)};
+      const auto room = [&](const V3d& d) {
+        return apart.dot(d) - support_of(of_a, d) - support_of(of_b, d);
+      };
+      // There is no less in the best direction.
+      if (room(apart.normalized()) >= smallest) continue;
+      smallest = std::min(smallest, room(separating_direction(apart, of_a, of_b)));
     }
+  };
+  for (std::size_t k = 0; k < middles.size(); ++k) {
+    const Piece& a = surface.pieces_[k];
+    double reach = reach_of(a) + farthest + smallest;
+    grid.visit_near(middles[k], reach, [&](int other, const V3d& offset) {
+      const Piece& b = surface.pieces_[other];
+      const double near = reach_of(a) + reach_of(b) + smallest;
+      ++distances;
+      if (near <= 0 || offset.length2() >= near * near) return;
+      const V3d between = (a.span.start + a.span.end - b.span.start - b.span.end) * 0.5;
+      look_at(a, b, periods(between + offset));
+    });
+    if (distances > max_clearance_distances)
+      return fail(Code::mesh_invalid, file, "/yarns", "the yarns are too many and too close to each other");
   }
   return smallest;
 }

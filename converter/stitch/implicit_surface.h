@@ -78,13 +78,15 @@ class ImplicitSurface {
   };
 
   /// Cuts yarns into pieces and finds the bounds of z.
-  void cut(const StitchPattern& pattern);
+  static Result<ImplicitSurface> cut(const StitchPattern& pattern, const std::string& file);
   /// Fills the bins, about `size` mm wide; false if the limit of memory is exceeded.
   bool index(double size);
   /// Calls visit(bin, entry) for every bin of the cell within reach of a copy of a piece, until it returns
   /// false.
   template <class Visit>
   bool for_each_entry(std::size_t piece, const Visit& visit) const;
+  /// Whether a place of a piece is less than pi radii along the yarn from one of another, moved by periods.
+  bool are_adjacent(const Piece& a, double ta, const Piece& b, double tb, const V2i& shift) const;
   std::size_t bin_of(const V3d& wrapped) const;
   V3d wrap(const V3d& point) const;
 
@@ -98,6 +100,7 @@ class ImplicitSurface {
   std::vector<std::uint32_t> bin_start_;
   std::vector<Entry> entries_;
   std::vector<double> yarn_length_;
+  std::vector<V2i> turns_;  ///< of yarns: periods that their chains take
 };
 
 /// Most distances of points from pieces of yarn that are computed to find a clearance: some seconds.

@@ -55,6 +55,7 @@ struct KnitPart {
   bool is_loop = true;
   double length_mm = 0;      ///< of yarn, by the table in spec/chart.md
   std::size_t segments = 0;  ///< of the drawing
+  bool operator==(const KnitPart&) const = default;
 };
 
 /// Length of the loop of a knit stitch in plain knit of this gauge, mm (Knapton et al. 1968: 23.1 in fully

@@ -19,8 +19,10 @@ using std::numbers::pi;
 constexpr double piece_radii = 0.75;
 constexpr double chord_gap = 0.006;
 /// Loops that one tile of the Hessian holds; fewer than the second are not cut.
-constexpr double loops_a_tile = 16;
+constexpr double loops_a_tile = 64;
 constexpr double max_loops_a_tile = 128;
+/// Pieces that may touch one, after it, for which there is memory at first.
+constexpr std::size_t mean_neighbours = 24;
 /// Friction of yarn that slides from a loop into the next: slid yarn, in loops, times this is the difference
 /// of tensions that it bears, in units of bending stiffness by radius squared (chosen). Sweeps of Jacobi's
 /// method.
@@ -343,16 +345,20 @@ void KnitCloth::set_sections() {
 void KnitCloth::search_if_moved() {
   double moved2 = 0;
   for (std::size_t i = 0; i < points_.size(); ++i)
-    moved2 = std::max(moved2, (points_[i] - searched_[i]).length2());
+    moved2 = std::max(moved2, (points_[i] - V3d(searched_[i])).length2());
   if (2 * std::sqrt(moved2) > search_margin * unit_) search();
 }
 
 void KnitCloth::search() {
-  pairs_.clear();
-  searched_ = points_;
+  neighbours_.clear();
+  neighbours_.reserve(mean_neighbours * points_.size());
+  first_neighbour_.clear();
+  searched_.assign(points_.begin(), points_.end());
   double reach = 0;
   double widest = 0;
   std::vector<V3d> middles, inside;
+  middles.reserve(points_.size());
+  inside.reserve(points_.size());
   for (std::uint32_t i = 0; i < points_.size(); ++i) {
     const V3d d = along(i);
     reach = std::max(reach, length_of(d));
@@ -364,6 +370,7 @@ void KnitCloth::search() {
   reach += 2 * widest + unit_ * (gap_ + search_margin);
   const PeriodicGrid grid(inside, period_, reach);
   for (std::uint32_t a = 0; a < points_.size(); ++a) {
+    first_neighbour_.push_back(static_cast<std::uint32_t>(neighbours_.size()));
     if (is_still(a)) continue;
     double far = reach;
     grid.visit_near(inside[a], far, [&](int other, const V3d& offset) {
@@ -378,9 +385,10 @@ void KnitCloth::search() {
       // Each pair once.
       if (b == a && (x < 0 || (x == 0 && y <= 0))) return;
       if (follow(a, b, x, y)) return;
-      pairs_.push_back({a, b, static_cast<std::int16_t>(x), static_cast<std::int16_t>(y)});
+      neighbours_.push_back({b, static_cast<std::int8_t>(x), static_cast<std::int8_t>(y)});
     });
   }
+  first_neighbour_.push_back(static_cast<std::uint32_t>(neighbours_.size()));
 }
 
 /// Whether the pieces are so close along one chain that they do not count as a contact.

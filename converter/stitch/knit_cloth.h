@@ -17,14 +17,13 @@
 // Cloth Patterns".
 #pragma once
 
-#include <Eigen/SparseCholesky>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <utility>
 #include <vector>
 
 #include "converter/stitch/knit.h"
+#include "converter/stitch/knit_factor.h"
 
 namespace selvedge {
 
@@ -86,10 +85,10 @@ class KnitCloth {
     V3d along, middle;
     double reach;  ///< from its middle
   };
-  /// Two pieces that may touch, the second one moved by whole periods.
-  struct Pair {
-    std::uint32_t a, b;
-    std::int16_t x, y;
+  /// A piece that another one may touch, moved by whole periods.
+  struct Neighbour {
+    std::uint32_t piece;
+    std::int8_t x, y;
     float apart_until = 0;  ///< mm that both have walked, until which they cannot touch
   };
   struct Contact {
@@ -100,13 +99,19 @@ class KnitCloth {
     double depth;  ///< of the overlap, mm
   };
   /// One vector for each point, and the logarithms of the period.
-  struct Vector {
-    std::vector<V3d> points;
+  template <class Real>
+  struct VectorOf {
+    std::vector<Imath::Vec3<Real>> points;
     V2d period{0, 0};
-    double dot(const Vector& other) const;
-    void add(double factor, const Vector& other);
+    template <class Other>
+    double dot(const VectorOf<Other>& other) const;
+    template <class Other>
+    void add(double factor, const VectorOf<Other>& other);
   };
-  /// A square in the Hessian: weight (sum of part n x of points + rate times the period's logarithms)^2.
+  using Vector = VectorOf<double>;
+  using RoughVector = VectorOf<float>;
+  /// A square in the Hessian: weight (sum of part n x of points + rate times the period's logarithms)^2. All
+  /// three axes, the rates along their own, where n is 0.
   struct Square {
     std::uint32_t points[3];
     double parts[3];
@@ -116,11 +121,10 @@ class KnitCloth {
     double weight;
   };
   struct Hessian {
-    std::vector<Eigen::Triplet<float>> entries;  ///< of points of one tile
-    Vector sides[2];                             ///< of all points with the period
-    double corner[3] = {0, 0, 0};                ///< of the period: xx, xy, yy
+    BlockMatrix points;            ///< of one tile
+    RoughVector sides[2];          ///< of all points with the period
+    double corner[3] = {0, 0, 0};  ///< of the period: xx, xy, yy
   };
-  using Factor = Eigen::SimplicialLLT<Eigen::SparseMatrix<float>>;
 
   // knit_edit.cpp: what stays.
   struct Kept;
@@ -165,25 +169,30 @@ class KnitCloth {
   void add(const Square& square, std::uint32_t tile, Hessian& hessian) const;
   void factor();
   void solve(Vector& v) const;
-  void solve_points(Vector& v) const;
+  template <class Real>
+  void solve_points(VectorOf<Real>& v) const;
 
   double gap_;
   V2d period_;
   V2d min_period_;  ///< of jammed cloth, which would shrink to nothing
   std::vector<Chain> chains_;
-  std::vector<V3d> points_, searched_;
+  std::vector<V3d> points_;
+  std::vector<V3f> searched_;                 ///< points at the last search
   std::vector<double> lengths_, curvatures_;  ///< at rest, of the piece behind each point; in the point
   std::vector<double> radii_, reaches_;       ///< of pieces: of a round section; half the width
   std::vector<V3d> squeezes_;
   std::vector<Imath::M33d> strains_;  ///< logarithms of stretches across soft yarn, without trace
   std::vector<std::uint32_t> next_, chain_of_;
-  std::vector<char> active_;    ///< points that move; empty: all do
-  std::vector<Piece> pieces_;   ///< of visit_contacts()
-  std::vector<double> walked_;  ///< mm, of pieces, and by which they have grown
-  std::vector<Pair> pairs_;
-  double unit_ = 0;                            ///< radius of the thickest yarn, mm
-  double grown_ = 1, swollen_ = 0, thin_ = 1;  ///< fractions of the radius; 0: a round core, 1: its section
-  double lengthened_ = 1;                      ///< part of the way from drawn to their own lengths
+  std::vector<char> active_;                    ///< points that move; empty: all do
+  std::vector<Piece> pieces_;                   ///< of visit_contacts()
+  std::vector<double> walked_;                  ///< mm, of pieces, and by which they have grown
+  double walked_period_ = 0;                    ///< mm, by which repeats have come nearer or farther
+  V2d last_period_{0, 0};                       ///< of visit_contacts()
+  std::vector<Neighbour> neighbours_;           ///< of pieces, after them
+  std::vector<std::uint32_t> first_neighbour_;  ///< of each piece, and the end
+  double unit_ = 0;                             ///< radius of the thickest yarn, mm
+  double grown_ = 1, swollen_ = 0, thin_ = 1;   ///< fractions of the radius; 0: a round core, 1: its section
+  double lengthened_ = 1;                       ///< part of the way from drawn to their own lengths
   double float_factor_ = 1;
   double height_ = 0;              ///< from the middle, mm, from which on it is pressed
   double flat_stiffness_ = 0.035;  ///< of that; more in the press
@@ -192,12 +201,13 @@ class KnitCloth {
 
   std::vector<std::uint32_t> images_;  ///< of points in the mirror, left for right; empty: the cloth has none
   Vector gradient_;
-  std::vector<std::pair<Vector, Vector>> history_;  ///< moves and changes of the gradient, the oldest first
+  std::vector<std::pair<RoughVector, RoughVector>>
+      history_;  ///< moves and changes of the gradient, the oldest first
   std::vector<std::vector<std::uint32_t>>
       tiles_;  ///< points of the parts of the cloth factored by themselves
   std::vector<std::uint32_t> tile_of_, place_of_;  ///< of points: in their tile
-  std::vector<std::unique_ptr<Factor>> factors_;   ///< of tiles
-  Vector borders_[2];                              ///< what points do for the period, by the inverse
+  std::vector<BlockFactor> factors_;               ///< of tiles
+  RoughVector borders_[2];                         ///< what points do for the period, by the inverse
   double period_inverse_[3] = {1, 0, 1};           ///< of its Schur complement: xx, xy, yy
   bool is_free_ = false;
   int steps_ = 0;

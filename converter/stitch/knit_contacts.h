@@ -17,7 +17,7 @@ constexpr double contact_stiffness = 4;
 /// of plain knit's width; from 0.01 to 0.05 of stiffness ribs and garter stitch change by 0.06.
 constexpr double free_height = 3.3;
 /// Pairs within this many radii of touching are kept in a list.
-constexpr double search_margin = 2;
+constexpr double search_margin = 1.4;
 /// Radii that rounding may take of the distance at which pairs need no look.
 constexpr double apart_margin = 1e-3;
 
@@ -31,39 +31,41 @@ void KnitCloth::visit_contacts(const Visit& visit, double margin) {
                   0.5 * std::sqrt((d - last.along).length2()) + std::max(0.0, piece.reach - last.reach);
     pieces_[i] = piece;
   }
-  for (Pair& pair : pairs_) {
-    const std::uint32_t a = pair.a;
-    const std::uint32_t b = pair.b;
-    const double walked = walked_[a] + walked_[b] + margin + apart_margin * unit_;
-    if (walked < pair.apart_until) continue;
-    // Between repeats, their size counts, too.
-    const auto skip = [&](double apart) {
-      if (pair.x == 0 && pair.y == 0) pair.apart_until = static_cast<float>(walked + apart);
-    };
-    const V3d shift(pair.x * period_.x, pair.y * period_.y, 0);
-    const Piece& one = pieces_[a];
-    const Piece& other = pieces_[b];
-    const double gap = gap_ * std::max(radii_[a], radii_[b]) + margin;
-    const double far = reaches_[a] + reaches_[b] + gap;
-    const double near = far + 0.55 * (lengths_[a] + lengths_[b]);
-    const V3d between = one.middle - other.middle - shift;
-    if (between.length2() > near * near) {
-      skip(std::sqrt(between.length2()) - near - 2 * apart_margin * unit_);
-      continue;
+  walked_period_ += std::abs(period_.x - last_period_.x) + std::abs(period_.y - last_period_.y);
+  last_period_ = period_;
+  for (std::uint32_t a = 0; a < points_.size(); ++a) {
+    for (std::uint32_t k = first_neighbour_[a]; k < first_neighbour_[a + 1]; ++k) {
+      Neighbour& pair = neighbours_[k];
+      const std::uint32_t b = pair.piece;
+      const double walked = walked_[a] + walked_[b] + walked_period_ * (std::abs(pair.x) + std::abs(pair.y)) +
+                            margin + apart_margin * unit_;
+      if (walked < pair.apart_until) continue;
+      const auto skip = [&](double apart) { pair.apart_until = static_cast<float>(walked + apart); };
+      const V3d shift(pair.x * period_.x, pair.y * period_.y, 0);
+      const Piece& one = pieces_[a];
+      const Piece& other = pieces_[b];
+      const double gap = gap_ * std::max(radii_[a], radii_[b]) + margin;
+      const double far = reaches_[a] + reaches_[b] + gap;
+      const double near = far + 0.55 * (lengths_[a] + lengths_[b]);
+      const V3d between = one.middle - other.middle - shift;
+      if (between.length2() > near * near) {
+        skip(std::sqrt(between.length2()) - near - 2 * apart_margin * unit_);
+        continue;
+      }
+      const V3d& u = one.along;
+      const V3d& v = other.along;
+      const V3d w = between + (v - u) * 0.5;
+      const auto [s, t] = nearest_of(w, u, v);
+      const V3d apart = w + u * s - v * t;
+      const double distance = std::sqrt(apart.length2());
+      if (distance >= far) skip(distance - far - 2 * apart_margin * unit_);
+      if (distance >= far || distance == 0) continue;
+      const V3d n = apart / distance;
+      V3d slope(0);
+      const double depth = support(a, n, slope) + support(b, n, slope) + gap - distance;
+      if (depth > 0)
+        visit(Contact{a, b, s, t, n - (slope - n * slope.dot(n)) / distance, apart, depth - margin});
     }
-    const V3d& u = one.along;
-    const V3d& v = other.along;
-    const V3d w = between + (v - u) * 0.5;
-    const auto [s, t] = nearest_of(w, u, v);
-    const V3d apart = w + u * s - v * t;
-    const double distance = std::sqrt(apart.length2());
-    if (distance >= far) skip(distance - far - 2 * apart_margin * unit_);
-    if (distance >= far || distance == 0) continue;
-    const V3d n = apart / distance;
-    V3d slope(0);
-    const double depth = support(a, n, slope) + support(b, n, slope) + gap - distance;
-    if (depth > 0)
-      visit(Contact{a, b, s, t, n - (slope - n * slope.dot(n)) / distance, apart, depth - margin});
   }
 }
 

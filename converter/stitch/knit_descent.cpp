@@ -39,20 +39,26 @@ constexpr std::size_t max_history = 6;
 /// Sufficient decrease of an L-BFGS step (Armijo), and tries.
 constexpr double min_decrease = 1e-4;
 constexpr int max_tries = 8;
-/// Overlap with the gap beside chords, in radii, above which yarn becomes thinner; rounds of it.
+/// Overlap with the gap beside chords, in radii, above which yarn becomes thinner: by half of what is above,
+/// and of this more; rounds of it.
 constexpr double max_overlap = touching_overlap + 0.004;
+constexpr double min_thinning = 0.005;
 constexpr int max_thinnings = 12;
 
 }  // namespace
 
-double KnitCloth::Vector::dot(const Vector& other) const {
+template <class Real>
+template <class Other>
+double KnitCloth::VectorOf<Real>::dot(const VectorOf<Other>& other) const {
   double sum = period.dot(other.period);
-  for (std::size_t i = 0; i < points.size(); ++i) sum += points[i].dot(other.points[i]);
+  for (std::size_t i = 0; i < points.size(); ++i) sum += V3d(points[i]).dot(V3d(other.points[i]));
   return sum;
 }
 
-void KnitCloth::Vector::add(double factor, const Vector& other) {
-  for (std::size_t i = 0; i < points.size(); ++i) points[i] += other.points[i] * factor;
+template <class Real>
+template <class Other>
+void KnitCloth::VectorOf<Real>::add(double factor, const VectorOf<Other>& other) {
+  for (std::size_t i = 0; i < points.size(); ++i) points[i] += V3d(other.points[i]) * factor;
   period += other.period * factor;
 }
 
@@ -82,7 +88,7 @@ void KnitCloth::rest(const ClothGoal& goal) {
   if (goal.presses) stiffness_ = last_stiffness;
   converge(goal.max_steps, goal.presses ? pressing_steps_per_rest_step * goal.max_steps : 0);
   for (int k = 0; goal.presses && active_.empty() && overlap_ > max_overlap && k < max_thinnings; ++k) {
-    thin_ *= 1 - 0.5 * std::min(0.2, overlap_ - max_overlap + touching_overlap);
+    thin_ *= 1 - 0.5 * std::min(0.2, overlap_ - max_overlap + min_thinning);
     set_radii();
     converge(steps_between_factors);
   }
@@ -106,19 +112,18 @@ void KnitCloth::converge(int max_steps, int pressing_steps) {
   int since_factor = steps_between_factors;
   for (int k = 0; k < pressing_steps + max_steps; ++k) {
     const int rested = k - pressing_steps;
-    if (rested < 0 && k % steps_between_section_fits == 0) {
+    const bool fits = rested < 0 && k % steps_between_section_fits == 0;
+    const bool slides = stiffness_ == 1 && k % steps_between_slides == 0;
+    if (fits) {
       press_sections();
       set_sections();
-      value = energy(gradient_);
     }
+    if (slides) slide();
+    if (fits || slides) value = energy(gradient_);
     if (rested >= 0 && rested % steps_between_factors == 0) {
       residual_ = rested > 0 ? (last - value) / value : 1;
       if (residual_ < max_residual) return;
       last = value;
-    }
-    if (stiffness_ == 1 && k % steps_between_slides == 0) {
-      slide();
-      value = energy(gradient_);
     }
     if (since_factor >= steps_between_factors) {
       factor();
@@ -165,15 +170,17 @@ bool KnitCloth::step(double& value) {
     const double next = energy(gradient_);
     if (next <= value + min_decrease * length * slope) {
       value = next;
+      RoughVector way{{}, direction.period * length};
+      RoughVector turn{{}, gradient_.period - change.period};
+      way.points.reserve(points.size());
+      turn.points.reserve(points.size());
       for (std::size_t i = 0; i < points.size(); ++i) {
-        direction.points[i] *= length;
-        change.points[i] = gradient_.points[i] - change.points[i];
+        way.points.emplace_back(direction.points[i] * length);
+        turn.points.emplace_back(gradient_.points[i] - change.points[i]);
       }
-      direction.period *= length;
-      change.period = gradient_.period - change.period;
-      if (change.dot(direction) <= 0) return true;
+      if (turn.dot(way) <= 0) return true;
       if (history_.size() == max_history) history_.erase(history_.begin());
-      history_.emplace_back(std::move(direction), std::move(change));
+      history_.emplace_back(std::move(way), std::move(turn));
       return true;
     }
     // The least value of the parabola through both.
@@ -241,14 +248,10 @@ void KnitCloth::visit_squares(const Chain& chain, std::uint32_t i, const Visit& 
   // Holds thick cloth, and all of it a little, for cloth as a whole is free to move.
   const double holding = flat_stiffness_ * rest / (unit_ * unit_ * unit_);
   const V3d bend = d - along(last);
-  for (int k = 0; k < 3; ++k) {
-    V3d axis(0);
-    axis[k] = 1;
-    const V2d rate(k == 0 ? bend.x : 0, k == 1 ? bend.y : 0);
-    visit(Square{{i, next_[i], last}, {-2, 1, 1}, 3, axis, rate, unit_ / (rest * rest * rest)});
-    visit(Square{{i, next_[i]}, {-1, 1}, 2, axis, V2d(0), tension});
-    visit(Square{{i}, {1}, 1, axis, V2d(0), holding});
-  }
+  visit(
+      Square{{i, next_[i], last}, {-2, 1, 1}, 3, V3d(0), V2d(bend.x, bend.y), unit_ / (rest * rest * rest)});
+  visit(Square{{i, next_[i]}, {-1, 1}, 2, V3d(0), V2d(0), tension});
+  visit(Square{{i}, {1}, 1, V3d(0), V2d(0), holding});
 }
 
 /// Adds a square to the Hessian of a tile. Squares of points in several tiles are replaced by their
@@ -261,31 +264,42 @@ void KnitCloth::add(const Square& square, std::uint32_t tile, Hessian& hessian) 
     tiles += is_new ? 1 : 0;
   }
   const V3d& n = square.n;
+  const bool has_axes = n == V3d(0);
   for (int p = 0; p < square.count; ++p) {
     const std::uint32_t point = square.points[p];
     if (tile_of_[point] != tile) continue;
-    for (int k = 0; k < 2; ++k)
-      hessian.sides[k].points[point] += n * (square.weight * square.parts[p] * square.rate[k]);
-    for (int q = 0; q < square.count; ++q) {
+    for (int k = 0; k < 2; ++k) {
+      V3d axis = n;
+      if (has_axes) axis[k] = 1;
+      hessian.sides[k].points[point] += V3f(axis * (square.weight * square.parts[p] * square.rate[k]));
+    }
+    for (int q = 0; q <= p; ++q) {
       if (tile_of_[square.points[q]] != tile) continue;
-      const auto row = static_cast<int>(3 * place_of_[point]);
-      const auto column = static_cast<int>(3 * place_of_[square.points[q]]);
-      const double weight = tiles * square.weight * square.parts[p] * square.parts[q];
+      // A point may touch its own image: then this is both the block and its mirror.
+      const double times = q < p && square.points[q] == point ? 2 * tiles : tiles;
+      const double weight = times * square.weight * square.parts[p] * square.parts[q];
+      Eigen::Matrix3f& block = hessian.points.at(place_of_[point], place_of_[square.points[q]]);
       for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
-          if (row + i >= column + j && n[i] * n[j] != 0)
-            hessian.entries.emplace_back(row + i, column + j, static_cast<float>(weight * n[i] * n[j]));
+          block(i, j) += static_cast<float>(weight * (has_axes ? (i == j ? 1 : 0) : n[i] * n[j]));
     }
   }
   if (tile_of_[square.points[0]] != tile) return;
   hessian.corner[0] += square.weight * square.rate.x * square.rate.x;
-  hessian.corner[1] += square.weight * square.rate.x * square.rate.y;
+  if (!has_axes) hessian.corner[1] += square.weight * square.rate.x * square.rate.y;
   hessian.corner[2] += square.weight * square.rate.y * square.rate.y;
 }
 
 /// Factors the Gauss-Newton Hessian of each tile.
 void KnitCloth::factor() {
-  std::vector<Square> contacts;
+  struct Touch {
+    std::uint32_t a, b;
+    V3f slope;
+    Imath::V2f rate;
+    float weight;
+  };
+  std::vector<Touch> contacts;
+  contacts.reserve(3 * points_.size());
   std::vector<std::vector<std::uint32_t>> contacts_of(tiles_.size());
   const double contacting = stiffness_ * contact_stiffness / (grown_ * grown_ * unit_ * unit_);
   // A contact couples the nearest end of each piece: with all four ends, factors took twice as long.
@@ -294,21 +308,17 @@ void KnitCloth::factor() {
         const std::uint32_t a = c.s < 0.5 ? c.a : next_[c.a];
         const std::uint32_t b = c.t < 0.5 ? c.b : next_[c.b];
         const auto index = static_cast<std::uint32_t>(contacts.size());
-        contacts.push_back({{a, b},
-                            {1, -1},
-                            2,
-                            c.slope,
-                            V2d(c.slope.x * c.apart.x, c.slope.y * c.apart.y),
-                            c.depth > 0 ? contacting : near_stiffness * contacting});
+        contacts.push_back({a, b, V3f(c.slope), Imath::V2f(V2d(c.slope.x * c.apart.x, c.slope.y * c.apart.y)),
+                            static_cast<float>(c.depth > 0 ? contacting : near_stiffness * contacting)});
         contacts_of[tile_of_[a]].push_back(index);
         if (tile_of_[b] != tile_of_[a]) contacts_of[tile_of_[b]].push_back(index);
       },
       near_radii * grown_ * unit_);
-  Hessian hessian;
-  for (Vector& side : hessian.sides) side.points.resize(points_.size(), V3d(0));
+  Hessian hessian{BlockMatrix(0), {}};
+  for (RoughVector& side : hessian.sides) side.points.resize(points_.size(), V3f(0));
   for (std::uint32_t tile = 0; tile < tiles_.size(); ++tile) {
     if (tiles_[tile].empty()) continue;
-    hessian.entries.clear();
+    hessian.points = BlockMatrix(static_cast<std::uint32_t>(tiles_[tile].size()));
     const auto add_square = [&](const Square& square) { add(square, tile, hessian); };
     for (const std::uint32_t i : tiles_[tile]) {
       const Chain& chain = chains_[chain_of_[i]];
@@ -317,11 +327,11 @@ void KnitCloth::factor() {
       for (const std::uint32_t neighbour : {last, next_[i]})
         if (tile_of_[neighbour] != tile) visit_squares(chain, neighbour, add_square);
     }
-    for (const std::uint32_t index : contacts_of[tile]) add_square(contacts[index]);
-    const auto size = static_cast<int>(3 * tiles_[tile].size());
-    Eigen::SparseMatrix<float> matrix(size, size);
-    matrix.setFromTriplets(hessian.entries.begin(), hessian.entries.end());
-    factors_[tile] = std::make_unique<Factor>(matrix);
+    for (const std::uint32_t index : contacts_of[tile]) {
+      const auto& [a, b, slope, rate, weight] = contacts[index];
+      add_square({{a, b}, {1, -1}, 2, V3d(slope), V2d(rate), weight});
+    }
+    factors_[tile] = BlockFactor(std::move(hessian.points));
   }
   if (!is_free_) return;
   for (int k = 0; k < 2; ++k) {
@@ -349,21 +359,21 @@ void KnitCloth::solve(Vector& v) const {
   v.period = V2d(period_inverse_[0] * side.x + period_inverse_[1] * side.y,
                  period_inverse_[1] * side.x + period_inverse_[2] * side.y);
   for (int k = 0; k < 2; ++k)
-    for (std::size_t i = 0; i < v.points.size(); ++i) v.points[i] -= borders_[k].points[i] * v.period[k];
+    for (std::size_t i = 0; i < v.points.size(); ++i) v.points[i] -= V3d(borders_[k].points[i]) * v.period[k];
 }
 
-void KnitCloth::solve_points(Vector& v) const {
-  Eigen::VectorXf x;
+template <class Real>
+void KnitCloth::solve_points(VectorOf<Real>& v) const {
+  std::vector<Eigen::Vector3f> x;
   for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
     const std::vector<std::uint32_t>& points = tiles_[tile];
-    if (points.empty()) continue;
-    x.resize(static_cast<Eigen::Index>(3 * points.size()));
+    x.clear();
+    for (const std::uint32_t i : points)
+      x.push_back(
+          Eigen::Matrix<Real, 3, 1>(v.points[i].x, v.points[i].y, v.points[i].z).template cast<float>());
+    factors_[tile].solve(x);
     for (std::size_t i = 0; i < points.size(); ++i)
-      for (int k = 0; k < 3; ++k)
-        x[static_cast<Eigen::Index>(3 * i + k)] = static_cast<float>(v.points[points[i]][k]);
-    x = factors_[tile]->solve(x);
-    for (std::size_t i = 0; i < points.size(); ++i)
-      for (int k = 0; k < 3; ++k) v.points[points[i]][k] = x[static_cast<Eigen::Index>(3 * i + k)];
+      for (int k = 0; k < 3; ++k) v.points[points[i]][k] = x[i][k];
   }
 }
 

@@ -41,9 +41,63 @@ RelaxResult edited_knit(DrawnKnit knit, KnitCloth& cloth, const RestedKnit& last
   return rested;
 }
 
+/// Yarns, from the first on, of which the drawing is copies above each other: stripes differ in colours
+/// alone.
+std::size_t yarns_of_repeat(const StitchPattern& drawn, const std::vector<std::vector<KnitPart>>& parts) {
+  const std::size_t count = drawn.yarns.size();
+  const auto are_copies = [&](const Yarn& a, const Yarn& b, double shift) {
+    const double rounding = 1e-6 * a.radius_mm;
+    return a.radius_mm == b.radius_mm && a.flattening == b.flattening &&
+           (a.fibre_kind != 0) == (b.fibre_kind != 0) &&
+           std::ranges::equal(a.segments, b.segments, [&](const BezierSegment& s, const BezierSegment& t) {
+             return std::ranges::equal(s, t, [&](const V3d& p, const V3d& q) {
+               return q.equalWithAbsError(p + V3d(0, shift, 0), rounding);
+             });
+           });
+  };
+  for (std::size_t few = 1; few < count; ++few) {
+    const double shift = drawn.period_mm.y * static_cast<double>(few) / static_cast<double>(count);
+    bool repeats = count % few == 0;
+    for (std::size_t y = 0; y + few < count && repeats; ++y)
+      repeats = parts[y] == parts[y + few] && are_copies(drawn.yarns[y], drawn.yarns[y + few], shift);
+    if (repeats) return few;
+  }
+  return count;
+}
+
+/// Brings the first yarns to rest, and lays their copies above them.
+RelaxResult rest_repeat(const StitchPattern& drawn, RelaxOptions options, std::size_t yarns) {
+  const std::size_t count = drawn.yarns.size();
+  const double times = static_cast<double>(count) / static_cast<double>(yarns);
+  StitchPattern few = drawn;
+  few.yarns.resize(yarns);
+  few.period_mm.y /= times;
+  options.blocked_mm.y /= times;
+  options.parts.resize(yarns);
+  RelaxResult rested = rest_knit(few, options);
+  const V3d step(0, rested.pattern.period_mm.y, 0);
+  for (std::size_t y = yarns; y < count; ++y) {
+    rested.parts.push_back(rested.parts[y - yarns]);
+    const Yarn& copied = rested.pattern.yarns[y - yarns];
+    Yarn yarn = drawn.yarns[y];
+    yarn.radius_mm = copied.radius_mm;
+    yarn.flattening = copied.flattening;
+    yarn.squeezes = copied.squeezes;
+    yarn.segments = copied.segments;
+    for (BezierSegment& segment : yarn.segments)
+      for (V3d& p : segment) p += step;
+    rested.pattern.yarns.push_back(std::move(yarn));
+  }
+  rested.pattern.period_mm.y *= times;
+  rested.free_mm.y *= times;
+  return rested;
+}
+
 }  // namespace
 
 RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options) {
+  const std::size_t repeat = yarns_of_repeat(pattern, options.parts);
+  if (repeat < pattern.yarns.size() && options.last == nullptr) return rest_repeat(pattern, options, repeat);
   const V2d gauge = options.gauge_mm;
   StitchPattern drawn = pattern;
   double thickest = 0;
@@ -63,7 +117,7 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
   KnitCloth plain(plain_knit, options.gap_radii, curvature);
   plain.rest({.grows = true, .is_free = true, .period_mm = gauge * begin, .float_factor = begin.x});
 
-  DrawnKnit knit{drawn, options.parts};
+  DrawnKnit knit{std::move(drawn), options.parts};
   if (options.last != nullptr) {
     KnitCloth edited(knit, options.gap_radii, curvature);
     if (edited.edit(knit, *options.last, gauge)) return edited_knit(std::move(knit), edited, *options.last);
@@ -80,7 +134,7 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
   // Floats span what plain knit behind them would.
   cloth.rest({.grows = true,
               .is_free = true,
-              .period_mm = drawn.period_mm * begin,
+              .period_mm = knit.pattern.period_mm * begin,
               .float_factor = begin.x,
               .max_steps = options.is_rough ? rough_steps : free_steps});
   const V2d free = cloth.period() * gauge / plain.period();

@@ -95,7 +95,14 @@ TEST_CASE("refuses to compare thousands of yarns in one place, with each other o
     pattern.yarns.resize(3000, pattern.yarns.front());
     return pattern;
   };
-  CHECK(test::error_of(minimum_clearance(many(7), "many")).code == Code::mesh_invalid);
+  CHECK(test::need(minimum_clearance(many(7), "many")) == -14);
+  // A thick yarn far above them: all thin ones are near enough to be looked at.
+  StitchPattern thin = many(0.01);
+  thin.yarns.resize(300);
+  thin.yarns.push_back(many(7).yarns.front());
+  for (BezierSegment& segment : thin.yarns.back().segments)
+    for (V3d& p : segment) p.z += 30;
+  CHECK(test::error_of(minimum_clearance(thin, "many")).code == Code::mesh_invalid);
   const Error error = test::error_of(mesh_stitch(many(0.5), {200}));
   CHECK(error.code == Code::mesh_invalid);
   CHECK(error.message.ends_with("for the grid"));

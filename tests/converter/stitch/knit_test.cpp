@@ -403,6 +403,22 @@ TEST_CASE("cloths of the same loop lie beside plain knit as published and as kni
   }
 }
 
+TEST_CASE("stripes rest as one row of them does") {
+  const KnitChart chart = test::need(read_chart("yarn A:\nyarn B:\n2: k [B]\n1: k [A]", "")).knit;
+  KnitChart row = chart;
+  row.rows.resize(1);
+  const RelaxResult stripes = rested(chart, draw_knit(chart, ""));
+  const RelaxResult one = rested(row, draw_knit(row, ""));
+  CHECK(stripes.pattern.period_mm == one.pattern.period_mm * V2d(1, 2));
+  CHECK(stripes.free_mm == one.free_mm * V2d(1, 2));
+  const auto& [first, second] = std::tie(stripes.pattern.yarns.at(0), stripes.pattern.yarns.at(1));
+  CHECK(first == one.pattern.yarns[0]);
+  CHECK(second.squeezes == first.squeezes);
+  CHECK(second.albedo == chart.yarns[1].albedo);
+  for (std::size_t k = 0; k < first.segments.size(); ++k)
+    CHECK(second.segments[k][0] == first.segments[k][0] + V3d(0, one.pattern.period_mm.y, 0));
+}
+
 TEST_CASE("an edited knit rests as its chart says where it changed, and stays elsewhere") {
   const auto chart_of = [](const std::string& row, const std::string& rest = "k14 [A14]") {
     std::string text = "yarn A:\nyarn B:\n3: " + row;
