@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "format/fabric/lifted.h"
 #include "format/simd/fetch.h"
@@ -13,7 +15,7 @@ namespace {
 
 /// A piece as a quadric over the texels. At (x, y) texels, g is the ray's distance from the axis, and the ray
 /// meets the cylinder where r^2 - g^2 >= 0; depth is z + sqrt(r^2 - g^2), place along the axis w + depth *
-/// w_depth. Without the root that place is linear, too (axis_x): it bounds the texels of a row that the piece
+/// w_depth. Without the root that place is linear, too: it bounds the texels of a row that the piece
 /// reaches.
 enum Linear {
   g_at,
@@ -35,7 +37,6 @@ enum Linear {
   w_depth,
   low_w,
   high_w,
-  axis_x,
   inverse_axis_x,
   min_axis,
   max_axis,
@@ -164,7 +165,6 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& perio
   put(low_w, -over);
   put(high_w, high);
   const Wide axis = (w[1] + along_e * z[1]) * Wide(texel.x);
-  put(axis_x, axis);
   put(inverse_axis_x, if_greater(abs(axis), Wide(1e-9F), one / axis, zero));
   const Wide root = sqrt(radius2);
   put(min_axis, -over - max(along_e, zero) * root);
@@ -187,16 +187,51 @@ SELVEDGE_INLINE void each_copy(float low, float high, int begin, int count, int 
   }
 }
 
+/// Numbers of 4 bytes in 4 columns of N / 4 rows.
+template <std::size_t N>
+struct Tile {
+  static constexpr int columns = 4;
+  static constexpr int rows = static_cast<int>(N) / columns;
+  template <class Number>
+  static SELVEDGE_INLINE WideFloat<N> load(const Number* from, int stride) {
+    Floats4 row[rows];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in registers
+    for (int i = 0; i < rows; ++i) std::memcpy(&row[i], from + i * stride, sizeof row[i]);
+    if constexpr (N == 4) {
+      return WideFloat<N>(row[0]);
+    } else if constexpr (N == 8) {
+      return WideFloat<N>(__builtin_shufflevector(row[0], row[1], 0, 1, 2, 3, 4, 5, 6, 7));
+    } else {
+      const Floats8 lower = __builtin_shufflevector(row[0], row[1], 0, 1, 2, 3, 4, 5, 6, 7);
+      const Floats8 upper = __builtin_shufflevector(row[2], row[3], 0, 1, 2, 3, 4, 5, 6, 7);
+      return WideFloat<N>(
+          __builtin_shufflevector(lower, upper, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
+    }
+  }
+  template <class Number>
+  static SELVEDGE_INLINE void store(const WideFloat<N>& tile, Number* to, int stride) {
+    Number numbers[N];  // NOLINT(modernize-avoid-c-arrays): GCC keeps it in registers
+    std::memcpy(numbers, &tile.v, sizeof numbers);
+    for (int i = 0; i < rows; ++i)
+      std::memcpy(to + i * stride, numbers + i * columns, columns * sizeof(Number));
+  }
+};
+static_assert(rows_behind >= Tile<16>::rows - 1);
+
 /// Draws piece `number`, lane i of `fields`.
 template <std::size_t N, bool with_pieces>
 SELVEDGE_INLINE void draw(const float (*fields)[N], int i, std::int32_t number, DepthGrid& grid) {
   using Wide = WideFloat<N>;
-  using Lane = Lanes<N>;
-  Wide lanes;
-  for (std::size_t k = 0; k < N; ++k) lanes.v[k] = static_cast<float>(k);
-  const float radius = fields[r][i];
+  using Texels = Tile<N>;
+  Wide column_of_lane;
+  Wide row_of_lane;
+  for (int k = 0; k < static_cast<int>(N); ++k) {
+    const int row = k / Texels::columns;
+    column_of_lane.v[k] = static_cast<float>(k - row * Texels::columns);
+    row_of_lane.v[k] = static_cast<float>(row);
+  }
   const float inverse = fields[inverse_g_x][i];
-  const float half = radius * std::abs(inverse);
+  const float half = fields[r][i] * std::abs(inverse);
+  const float per = fields[inverse_axis_x][i];
   const Wide radius2(fields[r2][i]);
   const Wide gx(fields[g_x][i]);
   const Wide zx(fields[z_x][i]);
@@ -205,61 +240,64 @@ SELVEDGE_INLINE void draw(const float (*fields)[N], int i, std::int32_t number, 
   const Wide low(fields[low_w][i]);
   const Wide high(fields[high_w][i]);
   const Wide nothing(no_depth);
-  const typename Lane::Ints own = typename Lane::Ints{} + number;
-  const auto draw_row = [&](int j, int row) __attribute__((always_inline)) {
-    const auto y = static_cast<float>(j);
-    const float g = fields[g_at][i] + fields[g_y][i] * y;
+  Wide own;
+  for (std::size_t k = 0; with_pieces && k < N; ++k) own.v[k] = std::bit_cast<float>(number);
+  const auto draw_rows = [&](int j, int row) __attribute__((always_inline)) {
     float left = fields[low_x][i];
     float right = fields[high_x][i];
-    if (inverse != 0) {
-      const float middle = -g * inverse;
-      left = std::max(left, middle - half);
-      right = std::min(right, middle + half);
-    } else if (std::abs(g) > radius) {
-      return;
-    }
-    const float depth = fields[z_at][i] + fields[z_y][i] * y;
-    const float along = fields[w_at][i] + fields[w_y][i] * y;
-    const float axis = along + fields[w_depth][i] * depth;
-    if (const float per = fields[inverse_axis_x][i]; per != 0) {
-      const float one_end = (fields[min_axis][i] - axis) * per;
-      const float other_end = (fields[max_axis][i] - axis) * per;
-      left = std::max(left, std::min(one_end, other_end));
-      right = std::min(right, std::max(one_end, other_end));
-    } else if (axis < fields[min_axis][i] || axis > fields[max_axis][i]) {
-      return;
-    }
-    const Wide gr(g);
-    const Wide zr(depth);
-    const Wide wr(along);
-    float* const depths = &grid.z[static_cast<std::size_t>(row) * grid.stride];
-    std::int32_t* const pieces =
-        with_pieces ? &grid.piece[static_cast<std::size_t>(row) * grid.stride] : nullptr;
-    const auto draw_columns = [&](int c, int column, int count) __attribute__((always_inline)) {
-      for (; count > 0;
-           count -= static_cast<int>(N), c += static_cast<int>(N), column += static_cast<int>(N)) {
-        const Wide x = Wide(static_cast<float>(c)) + lanes;
-        const Wide distance = gr + gx * x;
-        const Wide inside = radius2 - distance * distance;
-        const Wide z = zr + zx * x + sqrt(max(inside, Wide(0)));
-        const Wide place = wr + wx * x + z * wz;
-        const Wide meets = min(inside, min(place - low, high - place));
-        const Wide seen = if_greater(Wide(0), meets, nothing, z);
-        const Wide before = Wide::load(depths + column);
-        max(seen, before).store(depths + column);
-        if constexpr (with_pieces) {
-          typename Lane::Ints known;
-          std::memcpy(&known, pieces + column, sizeof known);
-          const typename Lane::Ints now = seen.v > before.v ? own : known;
-          std::memcpy(pieces + column, &now, sizeof now);
-        }
-      }
+    // Bounds are linear in the row: the first and the last row's bound all.
+    const auto bound = [&](float one, float other) __attribute__((always_inline)) {
+      left = std::max(left, std::min(one, other));
+      right = std::min(right, std::max(one, other));
     };
-    each_copy(left, right, grid.window_origin.x, grid.width, grid.period.x, draw_columns);
+    const auto y = static_cast<float>(j);
+    const auto last = static_cast<float>(j + Texels::rows - 1);
+    if (inverse != 0) {
+      const auto middle = [&](float at) { return -(fields[g_at][i] + fields[g_y][i] * at) * inverse; };
+      const auto [low_middle, high_middle] = std::minmax({middle(y), middle(last)});
+      bound(low_middle - half, high_middle + half);
+    }
+    if (per != 0) {
+      const auto ends = [&](float at) {
+        const float depth = fields[z_at][i] + fields[z_y][i] * at;
+        const float axis = fields[w_at][i] + fields[w_y][i] * at + fields[w_depth][i] * depth;
+        return std::minmax({(fields[min_axis][i] - axis) * per, (fields[max_axis][i] - axis) * per});
+      };
+      const auto [first_low, first_high] = ends(y);
+      const auto [last_low, last_high] = ends(last);
+      bound(std::min(first_low, last_low), std::max(first_high, last_high));
+    }
+    const Wide at = Wide(y) + row_of_lane;
+    const Wide gr = Wide(fields[g_at][i]) + Wide(fields[g_y][i]) * at;
+    const Wide zr = Wide(fields[z_at][i]) + Wide(fields[z_y][i]) * at;
+    const Wide wr = Wide(fields[w_at][i]) + Wide(fields[w_y][i]) * at;
+    const std::size_t first = static_cast<std::size_t>(row) * grid.stride;
+    each_copy(
+        left, right, grid.window_origin.x, grid.width,
+        grid.period.x, [&](int c, int column, int count) __attribute__((always_inline)) {
+          for (; count > 0; count -= Texels::columns, c += Texels::columns, column += Texels::columns) {
+            float* const depths = &grid.z[first + column];
+            const Wide x = Wide(static_cast<float>(c)) + column_of_lane;
+            const Wide distance = gr + gx * x;
+            const Wide inside = radius2 - distance * distance;
+            const Wide z = zr + zx * x + sqrt(max(inside, Wide(0)));
+            const Wide place = wr + wx * x + z * wz;
+            const Wide meets = min(inside, min(place - low, high - place));
+            const Wide seen = if_greater(Wide(0), meets, nothing, z);
+            const Wide before = Texels::load(depths, grid.stride);
+            Texels::store(max(seen, before), depths, grid.stride);
+            if constexpr (with_pieces) {
+              std::int32_t* const pieces = &grid.piece[first + column];
+              Texels::store(if_greater(seen, before, own, Texels::load(pieces, grid.stride)), pieces,
+                            grid.stride);
+            }
+          }
+        });
   };
   each_copy(fields[low_y][i], fields[high_y][i], grid.window_origin.y, grid.height, grid.period.y,
             [&](int j, int row, int count) {
-              for (; count > 0; --count) draw_row(j++, row++);
+              for (; count > 0; count -= Texels::rows, j += Texels::rows, row += Texels::rows)
+                draw_rows(j, row);
             });
 }
 
@@ -409,7 +447,7 @@ void DepthGrid::resize(const CellSize& size, bool with_pieces) {
   width = size.rendered_samples().x;
   height = size.rendered_samples().y;
   stride = stride_of(width);
-  z.assign(static_cast<std::size_t>(stride) * height, no_depth);
+  z.assign(static_cast<std::size_t>(stride) * (height + rows_behind), no_depth);
   piece.resize(with_pieces ? z.size() : 0);
 }
 

@@ -15,6 +15,7 @@ namespace selvedge {
 
 inline constexpr float no_depth = -1e30F;
 inline constexpr int columns_behind = 16;  ///< of a DepthGrid
+inline constexpr int rows_behind = 3;      ///< of a DepthGrid, whose numbers mean nothing
 inline int stride_of(int width) { return width + columns_behind; }
 
 /// Depths of a cell or of a window in it; `stride` - `width` columns follow each row, which of a whole cell
