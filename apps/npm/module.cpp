@@ -7,6 +7,7 @@
 #include "apps/selvedge-view/page.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/make.h"
+#include "converter/light/kept_light.h"
 #include "converter/light/ray_scene.h"
 #include "fitter/fit.h"
 #include "format/base/guard.h"
@@ -59,6 +60,22 @@ Fabric preview_of(const Samples& samples, const MakeOptions& options) {
   return fabric;
 }
 
+/// Writes the texels of the fabric of --from beneath yarn that differs from its yarn in some places; false:
+/// it differs in more.
+bool write_edited(const YarnCell& cell, const MakeCommand& command) {
+  Fabric fabric = value_or_throw(read_fabric(command.from_path));
+  const auto last = fabric.levels.front().yarns();
+  YarnData yarns = cell.yarns;
+  LineLightOptions lines{.both_sides = fabric.find_side(Side::back) != nullptr, .direction_count = 32};
+  lines.spacing_radii = 1;
+  if (!last || !relight_near_changes(yarns, V2f(cell.period), cell.wall_transmission, *last, lines))
+    return false;
+  fabric.thickness_mm = static_cast<float>(cell.thickness);
+  fabric.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(yarns), fabric.period_mm));
+  value_or_throw(write_fabric(command.output, fabric, command.options.write));
+  return true;
+}
+
 /// Makes a fabric with about the yarn of the one that these options ask for.
 void make_preview(MakeCommand command) {
   MakeOptions options = quality_named("draft");
@@ -78,6 +95,7 @@ void make_preview(MakeCommand command) {
     of_bake.views = of_bake.lights = 9;
   };
   const Cell cell = value_or_throw(find_cell(command.input, command.cell));
+  if (!command.from_path.empty() && write_edited(*cell.yarn, command)) return;
   const Baked baked =
       value_or_throw(bake(cell.yarn.value(), command.input, of_bake, "{}", progress.callback()));
   value_or_throw(write_fabric(command.output, preview_of(baked.samples, options), options.write));

@@ -275,6 +275,7 @@ class LineLight {
   std::vector<int> curve_;                ///< of the patches
   std::vector<LineCrossings> crossings_;  ///< by direction, without what is inside
   std::vector<float> area_;               ///< of the lines that pass a patch
+  std::vector<int> met_by_lines_;         ///< patches that some do
   Exchange exchange_;
   std::vector<Moments> direct_;  ///< irradiance from the sky, by U_n of the light along the fibre
   std::vector<Moments> met_;     ///< of fronts: light by way of one other patch, likewise, over all colours
@@ -291,6 +292,11 @@ void LineLight::find_exchange() {
   // About as many lines for each patch.
   const int patches_of_station = patches_.parts_per_station() * patches_.fronts_around_ply();
   const float spacing = o_.spacing_radii * thinnest * std::sqrt(32 / static_cast<float>(patches_of_station));
+  std::vector<std::int32_t> pieces;
+  for (const Yarns::Segment& s : yarns_.geometry().segments)
+    if (const auto i = static_cast<std::int32_t>(&s - yarns_.geometry().segments.data());
+        !o_.is_followed || o_.is_followed(s.start))
+      pieces.push_back(i);
   area_.assign(patches_.count(), 0);
   crossings_.resize(o_.direction_count);
   ScratchPool<LineScratch> scratch;
@@ -298,8 +304,8 @@ void LineLight::find_exchange() {
   for (int first = 0, end = 0, unlinked = 0; first < o_.direction_count; first = end) {
     end = std::min(o_.direction_count, first + directions_at_once);
     parallel_for(first, end, [&](int i) {
-      crossings_[i] = trace_lines(yarns_, patches_, spiral_direction(i, o_.direction_count), spacing, i,
-                                  *scratch.acquire());
+      crossings_[i] = trace_lines(yarns_, patches_, pieces, spiral_direction(i, o_.direction_count), spacing,
+                                  i, *scratch.acquire());
     });
     // Lines take about half of the time.
     if (o_.progress) o_.progress(0.5 * end / o_.direction_count);
@@ -335,6 +341,8 @@ void LineLight::find_exchange() {
     }
   }
   exchange_.divide_by(area_);
+  for (int p = 0; p < patches_.count(); ++p)
+    if (area_[p] > 0) met_by_lines_.push_back(p);
 }
 
 bool LineLight::light(bool below) {
@@ -393,7 +401,9 @@ void LineLight::light_first(bool below) {
   for (const Moments& direct : direct_) sky_.push_back(direct[0]);
   direct_ = std::vector<Moments>();
   if (below) return;
-  for (const Moments& met : met_) moments_.push_back(even_light().means_over(met));
+  for (const Moments& met : met_)
+    moments_.push_back(area_[moments_.size()] > 0 ? even_light().means_over(met)
+                                                  : std::array<double, light_moment_count>{});
   met_ = std::vector<Moments>();
 }
 
@@ -426,7 +436,7 @@ bool LineLight::solve(std::vector<ColourValues>& settled) {
   const std::vector<ColourValues> by_one = light_;
   settled.resize(light_.size());
   std::vector<ColourValues> sent(light_.size());
-  for (int p = 0; p < patches_.count(); ++p) send(p, sent);
+  for (const int p : met_by_lines_) send(p, sent);
   std::array<double, 3> before{};
   std::vector<int> colours{0, 1, 2};  // that change
   const auto keep = [&](int colour) {
@@ -436,8 +446,8 @@ bool LineLight::solve(std::vector<ColourValues>& settled) {
   for (int sweep = 0; sweep < max_sweeps && !colours.empty(); ++sweep) {
     std::array<double, 3> change{};
     std::array<double, 3> all{};
-    for (int step = 0; step < patches_.count(); ++step) {
-      const int p = sweep % 2 == 0 ? step : patches_.count() - 1 - step;
+    for (std::size_t step = 0; step < met_by_lines_.size(); ++step) {
+      const int p = met_by_lines_[sweep % 2 == 0 ? step : met_by_lines_.size() - 1 - step];
       ColourValues sum = by_one[p];
       add_row(exchange_.row(p), sent.data(), sum);
       for (const int c : colours) {
@@ -517,10 +527,14 @@ void LineLight::find_places(int c, std::vector<LitPoint>& all) const {
   // Nearly the largest: nothing covers it.
   std::vector<float> areas(area_.begin() + patches_.front_patch(c, 0, 0, 0),
                            area_.begin() + patches_.front_patch(c, parts - 1, plies - 1, around - 1) + 1);
+  if (o_.is_followed) std::erase(areas, 0.0F);
+  if (areas.empty()) return;
   const auto high = areas.begin() + static_cast<std::ptrdiff_t>(areas.size() * 9 / 10);
   std::ranges::nth_element(areas, high);
   const double full = std::max(static_cast<double>(*high), 1e-30);
   for (int part = 0; part < parts; ++part) {
+    const bool is_followed =
+        !o_.is_followed || o_.is_followed(yarns_.frame_at(c, part / patches_.parts_per_station()).position);
     for (int ply = 0; ply < plies; ++ply) {
       for (int a = 0; a < around; ++a) {
         const float angle = -pi + (static_cast<float>(a) + 0.5F) * (2 * pi / static_cast<float>(around));
@@ -534,7 +548,7 @@ void LineLight::find_places(int c, std::vector<LitPoint>& all) const {
             std::min(1.0, static_cast<double>(area_[patches_.front_patch(c, part, ply, a)]) / full);
         place.weight = open * std::max(covered_weight, seen);
         all.push_back(place);
-        place.weight = std::abs(angle) <= reach ? (1 - open) * covered_weight : 0;
+        place.weight = is_followed && std::abs(angle) <= reach ? (1 - open) * covered_weight : 0;
         place.is_visible = false;
         all.push_back(place);
       }
@@ -592,7 +606,7 @@ bool compute_yarn_light(YarnData& data, const V2f& period, std::span<const V3f> 
   parallel_for(0, static_cast<int>(first.size()), [&](int c) {
     const auto places = scratch.acquire();
     light.find_places(c, *places);
-    fit_stations(*places, c, first[c], through[c] != V3f(0, 0, 0), data);
+    if (!places->empty()) fit_stations(*places, c, first[c], through[c] != V3f(0, 0, 0), data);
   });
   return settled;
 }

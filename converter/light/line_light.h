@@ -6,6 +6,7 @@
 // functions of light that are stored replaces one for each lamp.
 #pragma once
 
+#include <functional>
 #include <span>
 
 #include "format/base/progress.h"
@@ -18,6 +19,9 @@ struct LineLightOptions {
   int direction_count = 64;    ///< of lines, over the upper half of the sphere; each is followed both ways
   float spacing_radii = 0.5F;  ///< of lines, in radii of the thinnest ply
   Progress progress{};
+  /// Whether lines follow the yarn at a point, mm; empty: they do everywhere. Stations elsewhere get no
+  /// light.
+  std::function<bool(const V3f&)> is_followed{};
 };
 
 /// Gives the curves their indirect light, and all light from below if that is wanted. Heights are above the

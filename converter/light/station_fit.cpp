@@ -45,7 +45,7 @@ void fill_covered(std::vector<LitPoint>& places, int stations) {
     open[s] += place.weight;
   }
   for (LitPoint& place : places) {
-    if (place.is_visible) continue;
+    if (place.is_visible || place.weight == 0) continue;
     const int s = between(place, stations).station;
     place.light.setZero();
     double weight = 0;

@@ -256,7 +256,8 @@ int YarnPatches::curve_of(int patch) const {
   return patch < fronts_ ? before(first_front_, patch) : before(first_hair_, patch - first_hair_patch());
 }
 
-LineCrossings trace_lines(const Yarns& yarns, const YarnPatches& patches, const V3f& direction, float spacing,
+LineCrossings trace_lines(const Yarns& yarns, const YarnPatches& patches,
+                          std::span<const std::int32_t> pieces, const V3f& direction, float spacing,
                           int index, LineScratch& scratch) {
   const LineGrid grid(direction, yarns.period(), spacing, index);
   LineCrossings& out = scratch.crossings;
@@ -269,8 +270,7 @@ LineCrossings trace_lines(const Yarns& yarns, const YarnPatches& patches, const 
   float thinnest = 1e30F;
   for (const YarnCurve& curve : yarns.data().curves) thinnest = std::min(thinnest, ply_or_yarn_radius(curve));
   scratch.interval_count = 0;
-  for (std::size_t i = 0; i < segments.size(); ++i)
-    cross_piece(segments[i], static_cast<std::int32_t>(i), grid, scratch);
+  for (const std::int32_t i : pieces) cross_piece(segments[i], i, grid, scratch);
 
   const auto lines = static_cast<std::size_t>(grid.count.x) * static_cast<std::size_t>(grid.count.y);
   std::vector<std::size_t>& first = scratch.line_begins;

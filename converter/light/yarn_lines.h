@@ -7,6 +7,7 @@
 // form factors, and those that meet nothing before a surface are its light from the sky.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "format/fabric/yarns.h"
@@ -78,9 +79,10 @@ struct LineScratch {
   LineCrossings crossings;
 };
 
-/// Follows all lines of unit `direction`, z > 0, `spacing` mm apart. `index` shifts the lattices of several
-/// directions against each other.
-LineCrossings trace_lines(const Yarns& yarns, const YarnPatches& patches, const V3f& direction, float spacing,
+/// Follows all lines of unit `direction`, z > 0, `spacing` mm apart, through the `pieces`. `index` shifts the
+/// lattices of several directions against each other.
+LineCrossings trace_lines(const Yarns& yarns, const YarnPatches& patches,
+                          std::span<const std::int32_t> pieces, const V3f& direction, float spacing,
                           int index, LineScratch& scratch);
 
 }  // namespace selvedge

@@ -77,7 +77,8 @@ const made_bytes = () => state.bytes ?? (state.making ? making : making = make()
 /** Makes the cloth of the recipe and shows it, a preview first; a promise of the bytes of its file, null where it was refused or another began. */
 function make() {
   resolve_current?.(null);
-  const begin = performance.now(), run = make_run(), made_recipe = recipe;
+  const begin = performance.now(), run = make_run(), made_recipe = recipe, {argv, files} = run;
+  const from_last = last_fabric && {argv: [...argv.slice(0, 2), '--from', 'last.fabric.exr', ...argv.slice(2)], files: {...files, 'last.fabric.exr': last_fabric}};
   Object.assign(state, {making: true, stage: '', bytes: null, preview_ms: null});
   refuse('');
   show_progress('making …');
@@ -85,7 +86,7 @@ function make() {
   return new Promise(async (end) => {
     resolve_current = end;
     const is_over = () => resolve_current !== end;
-    const [preview] = await made_by(run, 'preview');
+    const [preview] = await made_by(from_last || run, 'preview');
     if (is_over()) return;
     let is_made = false;
     const seen = preview && show(preview, () => is_over() || is_made, false).then((was_seen) => {
@@ -95,8 +96,8 @@ function make() {
     await Promise.race([seen, new Promise((later) => setTimeout(later, 2000))]);
     if (is_over()) return;
     state.stage = '';
-    if (last_fabric && shape_of(made_recipe) === last_shape) {
-      const {argv, files} = run, [recoloured] = await made_by({argv: [...argv.slice(0, -2), '--from', 'last.fabric.exr', ...argv.slice(-2)], files: {...files, 'last.fabric.exr': last_fabric}});
+    if (from_last && shape_of(made_recipe) === last_shape) {
+      const [recoloured] = await made_by(from_last);
       if (is_over()) return;
       if (recoloured) await show(recoloured, is_over, false);
       if (is_over()) return;
