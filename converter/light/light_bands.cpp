@@ -34,10 +34,10 @@ Bands bands_of(const YarnData& data, const V2f& period, int max_ply_stations) {
 struct Band {
   YarnData yarn;
   std::vector<V3f> through;
-  struct Own {
+  struct Stations {
     std::size_t in_band, in_all, count;
   };
-  std::vector<Own> own;  ///< stations of curves that belong to the band and to no margin
+  std::vector<Stations> inner;  ///< of curves that belong to the band and to no margin
 };
 
 /// The curves whose mean heights lie in [low, low + height), or in a repeat of it.
@@ -57,7 +57,7 @@ Band band_of(const YarnData& data, const V2f& period, std::span<const V3f> throu
       band.through.push_back(through[c]);
       for (const V3f& node : nodes) band.yarn.nodes.push_back(node + V3f(0, moved, 0));
       if (above + moved >= margin && above + moved < margin + height)
-        band.own.push_back({in_band, station, count});
+        band.inner.push_back({in_band, station, count});
       in_band += count;
     }
     station += count;
@@ -78,14 +78,14 @@ bool compute_light_in_bands(YarnData& data, const V2f& period, std::span<const V
   bool settled = true;
   for (int b = 0; b < bands.count; ++b) {
     Band band = band_of(data, period, through, height * static_cast<float>(b), height, bands.margin);
-    if (band.own.empty()) continue;
-    LineLightOptions own = options;
+    if (band.inner.empty()) continue;
+    LineLightOptions of_band = options;
     if (options.progress)
-      own.progress = [&](double fraction) { options.progress((b + fraction) / bands.count); };
-    settled &= compute_yarn_light(band.yarn, {period.x, height + 2 * bands.margin}, band.through, own);
+      of_band.progress = [&](double fraction) { options.progress((b + fraction) / bands.count); };
+    settled &= compute_yarn_light(band.yarn, {period.x, height + 2 * bands.margin}, band.through, of_band);
     for (auto light : {&YarnData::station_light, &YarnData::light_through}) {
       if ((data.*light).empty()) continue;
-      for (const auto& [in_band, in_all, count] : band.own)
+      for (const auto& [in_band, in_all, count] : band.inner)
         std::copy_n(&(band.yarn.*light)[in_band * light_values_per_station], count * light_values_per_station,
                     &(data.*light)[in_all * light_values_per_station]);
     }

@@ -1,4 +1,4 @@
-// The light of large cloth, a band of rows at a time: memory is that of a band.
+// Light of large cloth, a band of rows at a time, in the memory of one band.
 #pragma once
 
 #include "converter/light/line_light.h"

@@ -57,7 +57,7 @@ bool pack_light(const YarnData& yarn, YarnPacking& packing) {
     return Eigen::Map<const FloatMatrix>(light.data(), static_cast<Eigen::Index>(light.size() / values),
                                          values);
   };
-  // Of so many stations at a time: in double precision they take twice the memory.
+  // Blocks of stations: all in double precision would take twice the memory of the rest.
   constexpr Eigen::Index at_once = 4096;
   const auto for_each_block = [&](const std::vector<float>& light, const auto& visit) {
     const auto all = given(light);

@@ -5,10 +5,11 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <vector>
 
 #include "converter/bake/bake.h"
 #include "converter/bake/yarn_samples.h"
-#include "converter/light/line_light.h"
+#include "converter/light/light_bands.h"
 #include "converter/make/fallback_factors.h"
 #include "converter/make/pack_yarn.h"
 #include "fitter/budget/candidates.h"
@@ -205,8 +206,7 @@ bool is_in_other_colours(const Fabric& fabric, const YarnCell& cell) {
   for (std::size_t c = 0; c < yarns.curves.size(); ++c) {
     const YarnCurve& last = stored->data().curves[c];
     const YarnCurve& curve = yarns.curves[c];
-    if (last.nodes != curve.nodes || last.stations != curve.stations ||
-        last.plies.count != curve.plies.count || last.radius != curve.radius)
+    if (last.nodes != curve.nodes || last.plies.count != curve.plies.count || last.radius != curve.radius)
       return false;
     tolerance = std::min(tolerance, ply_or_yarn_radius(curve) / 64);
   }
@@ -218,7 +218,10 @@ Fabric recolour(const Fabric& fabric, const YarnCell& cell) {
   Fabric result = fabric;
   YarnData yarns = cell.yarns;
   const bool both = fabric.find_side(Side::back) != nullptr;
-  compute_yarn_light(yarns, fabric.period_mm, cell.wall_transmission, {both});
+  // Large cloth has fewer stations than its cell.
+  const std::vector<YarnCurve>& stored = fabric.levels.front().yarns()->data().curves;
+  for (std::size_t c = 0; c < stored.size(); ++c) yarns.curves[c].stations = stored[c].stations;
+  compute_light_in_bands(yarns, fabric.period_mm, cell.wall_transmission, {both});
   const YarnSampler sampler(yarns, cell, fabric.reference_height, fabric.texels(), both);
   recolour_texels(result, sampler);
   for (auto& other : result.sides) {

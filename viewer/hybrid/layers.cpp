@@ -21,7 +21,8 @@ class Painter {
       : scene_(scene),
         pixels_(pixels),
         min_transparency_(scene.view.options.cells.min_transparency),
-        is_tinted_(!scene.view.tints.empty()) {}
+        is_tinted_(!scene.view.tints.empty()),
+        looks_(scene.view.options.cells.is_moving ? 1 : parts) {}
 
   /// Overwrites the next sixteen pixels of a row, or those left of its end. `pbr_at`: of a lane.
   template <class PbrAt>
@@ -104,15 +105,16 @@ class Painter {
 
   /// Finds what is seen through the nearest surface, after paint().
   void find_open(int x, int y, TriangleSide nearest, Group& open) {
-    open.fill(scene_.cells.shows(nearest) ? 1 : 1 - pixels_.at(x, y).w);
-    if (scene_.cells.shows(nearest)) wait(x, y, nearest, {}, open, true);
+    const bool looks = looks_ == parts && scene_.cells.shows(nearest);
+    open.fill(looks ? 1 : 1 - pixels_.at(x, y).w);
+    if (looks) wait(x, y, nearest, {}, open, true);
   }
 
   /// Shades the remaining pixels.
   void paint() {
     if (waiting_ == 0) return;
     constexpr float weight = 1 / static_cast<float>(parts);
-    std::fill(row_.surface.begin() + static_cast<std::ptrdiff_t>(parts * waiting_), row_.surface.end(),
+    std::fill(row_.surface.begin() + static_cast<std::ptrdiff_t>(looks_ * waiting_), row_.surface.end(),
               scene_.cells.empty_triangle_side());
     parts_.surface = row_.surface;
     scene_.cells.sample(parts_, seen_, &row_);
@@ -121,8 +123,8 @@ class Painter {
       V4f sum(0, 0, 0, 0);
       float left = 0;
       for (std::size_t part = 0; part < parts; ++part) {
-        V4f value = seen_.at(parts * k + part);
-        if ((seen_.hole_filling_lanes >> (parts * k) & 1) != 0 && value.w > 0) value /= value.w;
+        V4f value = seen_.at(looks_ * k + part % looks_);
+        if ((seen_.hole_filling_lanes >> (looks_ * k) & 1) != 0 && value.w > 0) value /= value.w;
         float& through = (*open)[part];
         sum += value * (through * weight);
         through *= 1 - value.w;
@@ -133,7 +135,7 @@ class Painter {
         continue;
       }
       cloth_ += sum.w > 0 ? 1 : 0;
-      const TriangleSide surface = row_.surface[parts * k];
+      const TriangleSide surface = row_.surface[looks_ * k];
       put_behind(x, y, surface,
                  scene_.cells.is_unmodified(surface)
                      ? SurfaceLight{sum}
@@ -162,18 +164,18 @@ class Painter {
   /// their means would tell more or less than is seen through both.
   void wait(int x, int y, TriangleSide surface, const PbrPixel& pbr, Group& open, bool is_nearest) {
     // Texels are means of pixels, and interpolated: from a quarter of a pixel, they would blur it.
-    constexpr float beside = 3.0F / 16;
+    const float offset = looks_ == 1 ? 0 : 3.0F / 16;
     const V2f place = scene_.cells.offset_from_centre(x, pixels_.first_row + y);
-    for (std::size_t part = 0; part < parts; ++part) {
-      const std::size_t lane = parts * waiting_ + part;
+    for (std::size_t part = 0; part < looks_; ++part) {
+      const std::size_t lane = looks_ * waiting_ + part;
       row_.surface[lane] = surface;
       row_.x[lane] = place.x;
       row_.y[lane] = place.y;
-      parts_.x[lane] = place.x + (part % 2 == 0 ? -beside : beside);
-      parts_.y[lane] = place.y + (part < 2 ? -beside : beside);
+      parts_.x[lane] = place.x + (part % 2 == 0 ? -offset : offset);
+      parts_.y[lane] = place.y + (part < 2 ? -offset : offset);
     }
-    wait_[waiting_++] = {x, y, pbr, &open, is_nearest};
-    if (waiting_ == wait_.size()) paint();
+    wait_[waiting_] = {x, y, pbr, &open, is_nearest};
+    if (looks_ * ++waiting_ == lane_count) paint();
   }
   /// shade_pixel() of a pixel without a cell image.
   SurfaceLight shade(TriangleSide surface, int x, int y, const PbrPixel& pbr) {
@@ -190,14 +192,15 @@ class Painter {
   bool is_tinted_;
   CellPixels row_;
   static constexpr std::size_t parts = 4;
-  CellPixels parts_;  ///< quarters of pixels, where row_ has the pixels themselves
+  std::size_t looks_;  ///< of a pixel: one of a picture that moves, for speed
+  CellPixels parts_;   ///< quarters of pixels, where row_ has the pixels themselves
   struct Waiting {
     int x = 0, y = 0;
     PbrPixel pbr;
     Group* open = nullptr;
     bool is_nearest = false;
   };
-  std::array<Waiting, lane_count / parts> wait_;
+  std::array<Waiting, lane_count> wait_;
   std::size_t waiting_ = 0;
   CellShading seen_;
   std::int64_t count_ = 0, cloth_ = 0;

@@ -55,13 +55,13 @@ TEST_CASE("light of cloth that is edited in a place is nearly the light of all o
     const std::vector<double> was = light(before);
     const std::vector<double> is = light(truth);
     const std::vector<double> found = light(edited);
-    double most_changed = 0;
+    double largest_change = 0;
     for (std::size_t c = 0; c < is.size(); ++c) {
       CAPTURE(c);
       CHECK(found[c] == doctest::Approx(is[c]).epsilon(0.05));
-      most_changed = std::max(most_changed, std::abs(was[c] / is[c] - 1));
+      largest_change = std::max(largest_change, std::abs(was[c] / is[c] - 1));
     }
-    CHECK(most_changed > 0.05);
+    CHECK(largest_change > 0.05);
     CHECK(std::accumulate(found.begin(), found.end(), 0.0) ==
           doctest::Approx(std::accumulate(is.begin(), is.end(), 0.0)).epsilon(0.02));
   }
