@@ -424,7 +424,8 @@ void declare_make(Options& options, MakeCommand& command) {
   options
       .text("--from", command.from_path, "FILE",
             "A fabric of this stitch in other colours: recolours it, by the options that made it")
-      .reads();
+      .reads()
+      .advanced();
   options.text("--list", command.list_path, "FILE", "Many fabrics, a line each: twill -o t.fabric.exr")
       .reads();
   options.number("--line", command.list_line, "N", "Make this line alone: a job of a job array")

@@ -51,7 +51,7 @@ make_inputs() {
   printf 'name: caf\xe9\n1: k\n' >latin.txt
   printf 'yarn A: radius_mm=0.001\n1: k\n' >thin.txt
   printf '1: k\n' >k.txt
-  { printf 'yarn A:\nyarn B:\n' && for row in {1..62}; do echo "$row: k64 [A$row B A$((63 - row))]"; done; } >big.txt
+  { printf 'yarn A:\nyarn B:\n' && for row in {1..124}; do echo "$row: k128 [A$row B A$((127 - row))]"; done; } >big.txt
   echo '{"selvedge_stitch": 1, "name": "nothing", "period_mm": [2, 2], "yarns": []}' >bare.json
   selvedge stitch plain-knit --set yarn=tube -o knit.json --quiet
   cut_short knit.json short.json

@@ -42,7 +42,7 @@ TEST_CASE("light of cloth that is edited in a place is nearly the light of all o
   for (V3f& node : edited.nodes) {
     V2f away(node.x - middle.x, node.y - middle.y);
     for (int k = 0; k < 2; ++k) away[k] -= std::round(away[k] / period[k]) * period[k];
-    node.z += 0.8F * std::exp(-away.length2() / 4);
+    node.z += 1.2F * std::exp(-away.length2() / 4);
   }
   YarnData truth = edited;
   compute_yarn_light(truth, period, cell.wall_transmission, lines);
