@@ -60,10 +60,10 @@ Fabric preview_of(const Samples& samples, const MakeOptions& options) {
   return fabric;
 }
 
-/// Writes the texels of the fabric of --from beneath yarn that differs from its yarn in some places; false:
-/// it differs in more.
+/// Writes the texels of the fabric of --recolour beneath yarn that differs from its yarn in some places;
+/// false: it differs in more.
 bool write_edited(const YarnCell& cell, const MakeCommand& command) {
-  Fabric fabric = value_or_throw(read_fabric(command.from_path));
+  Fabric fabric = value_or_throw(read_fabric(command.recolour_path));
   const auto last = fabric.levels.front().yarns();
   YarnData yarns = cell.yarns;
   LineLightOptions lines{.both_sides = fabric.find_side(Side::back) != nullptr, .direction_count = 32};
@@ -95,7 +95,7 @@ void make_preview(MakeCommand command) {
     of_bake.views = of_bake.lights = 9;
   };
   const Cell cell = value_or_throw(find_cell(command.input, command.cell));
-  if (!command.from_path.empty() && write_edited(*cell.yarn, command)) return;
+  if (!command.recolour_path.empty() && write_edited(*cell.yarn, command)) return;
   const Baked baked =
       value_or_throw(bake(cell.yarn.value(), command.input, of_bake, "{}", progress.callback()));
   value_or_throw(write_fabric(command.output, preview_of(baked.samples, options), options.write));

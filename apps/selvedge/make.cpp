@@ -326,17 +326,17 @@ FitOutcome fit_samples(Samples samples, const MakeCommand& command) {
   return fitted;
 }
 
-/// The fabric of --from in the colours of the stitch. Throws Failure.
+/// The fabric of --recolour in the colours of the stitch. Throws Failure.
 MadeFabric recoloured(const MakeCommand& command) {
   const Stopwatch watch;
-  const Fabric last = value_or_throw(read_fabric(command.from_path));
+  const Fabric last = value_or_throw(read_fabric(command.recolour_path));
   CellOptions options = command.cell;
   options.needs_stitch_mesh = false;
   TerminalProgress relaxation("relax", command.common.quiet);
   options.progress = relaxation.callback();
   const Cell cell = value_or_throw(find_cell(command.input, options));
-  if (!cell.yarn || !is_in_other_colours(last, *cell.yarn))
-    throw Failure{{Code::option_out_of_range, command.from_path, "--from",
+  if (!cell.yarn || !differs_only_in_colour(last, *cell.yarn))
+    throw Failure{{Code::option_out_of_range, command.recolour_path, "--recolour",
                    "has other yarn than " + command.input + ", where only colours may differ"}};
   MadeFabric made;
   Fabric& fabric = made.fit.fabric = recolour(last, *cell.yarn);
@@ -405,7 +405,7 @@ Result<int> run_make(const MakeCommand& command) {
     return 0;
   }
   Json json{{"fit", fit_json(made->fit, command.output)}};
-  if (command.from_path.empty()) json["bake"] = bake_json(made->bake, command.samples_path);
+  if (command.recolour_path.empty()) json["bake"] = bake_json(made->bake, command.samples_path);
   report(command.common, "make", json,
          (json.contains("bake") ? bake_text(json["bake"]) : "") + fit_text(json["fit"]));
   return 0;
@@ -422,8 +422,9 @@ void declare_make(Options& options, MakeCommand& command) {
       .writes()
       .advanced();
   options
-      .text("--from", command.from_path, "FILE",
-            "A fabric of this stitch in other colours: recolours it, by the options that made it")
+      .text(
+          "--recolour", command.recolour_path, "FILE",
+          "A fabric of this stitch in other colours: gives it the new ones; all else must be as it was made")
       .reads()
       .advanced();
   options.text("--list", command.list_path, "FILE", "Many fabrics, a line each: twill -o t.fabric.exr")
@@ -438,7 +439,7 @@ void declare_make(Options& options, MakeCommand& command) {
       options.refuse_all_but({"--list", "--line", "--json", "--quiet", "--threads", "--if-changed"},
                              "has no effect with --list: write it into the list");
     options.refuse_if(!many, "needs --list", {"--line"});
-    options.refuse_if(!command.from_path.empty(), "excludes --from", {"--keep-samples", "--bytes"});
+    options.refuse_if(!command.recolour_path.empty(), "excludes --recolour", {"--keep-samples", "--bytes"});
     if (!many && !options.is_given("input")) refuse("input", "is required, or --list");
     if (!many && !options.is_given("--output")) refuse("--output", "is required");
   });
@@ -467,7 +468,7 @@ std::optional<MadeFabric> make_file(const MakeCommand& command) {
   if (!command.options.chooses_layers && !command.options.file_bytes && command.samples_path.empty())
     needed.options.bake.validation_pairs = 0;
   MadeFabric made;
-  if (command.from_path.empty()) {
+  if (command.recolour_path.empty()) {
     Baked baked = bake_cell(needed);
     if (!command.samples_path.empty()) value_or_throw(write_samples(command.samples_path, baked.samples));
     made = {std::move(baked.report), fit_samples(std::move(baked.samples), command)};

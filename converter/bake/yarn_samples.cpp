@@ -25,7 +25,7 @@ constexpr float piece_texels = 0.5F;
 constexpr std::size_t shadow_bytes = std::size_t{96} << 20;
 
 /// Fewer hairs, as much thicker, where there are more pieces of them than this for a point.
-void thin_hairs(YarnData& yarn, double points) {
+void keep_fewer_hairs(YarnData& yarn, double points) {
   constexpr double max_pieces_of_point = 4;
   double pieces = 0;
   for (const YarnCurve& curve : yarn.curves) pieces += std::abs(curve.hairs.count) * (hair_point_count - 1);
@@ -121,7 +121,7 @@ YarnSampler::YarnSampler(YarnData lit, const YarnCell& cell, float plane, const 
   const V2f period(cell.period);
   const auto thickness = static_cast<float>(cell.thickness);
   for (const YarnCurve& curve : lit.curves) hairs_.push_back(curve.hairs);
-  thin_hairs(lit, points_per_texel(texels, 1) * texels.x * texels.y);
+  keep_fewer_hairs(lit, points_per_texel(texels, 1) * texels.x * texels.y);
   sides_.push_back(std::make_unique<SideOfYarn>(std::move(lit), period, plane));
   if (both_sides)
     sides_.push_back(std::make_unique<SideOfYarn>(turned_over(sides_.front()->yarns, thickness), period,

@@ -196,7 +196,7 @@ void recolour_texels(Fabric& side, const YarnSampler& sampler) {
 
 }  // namespace
 
-bool is_in_other_colours(const Fabric& fabric, const YarnCell& cell) {
+bool differs_only_in_colour(const Fabric& fabric, const YarnCell& cell) {
   const auto& stored = fabric.levels.front().yarns();
   const YarnData& yarns = cell.yarns;
   if (!stored || stored->data().curves.size() != yarns.curves.size() ||

@@ -7,12 +7,12 @@
 namespace selvedge {
 
 /// Whether `cell` has the yarn that the fabric stores, but for its colours, to 1/64 of a radius.
-bool is_in_other_colours(const Fabric& fabric, const YarnCell& cell);
+bool differs_only_in_colour(const Fabric& fabric, const YarnCell& cell);
 
 /// The fabric in the colours of `cell`, whose yarn has exact light. Texels keep their opacity and the
 /// coefficients of products: only the functions of the light change, by least squares over few views of the
 /// yarn; lobes change by the mean of a texel. Its accuracy is unknown. Precondition:
-/// is_in_other_colours().
+/// differs_only_in_colour().
 Fabric recolour(const Fabric& fabric, const YarnCell& cell);
 
 }  // namespace selvedge

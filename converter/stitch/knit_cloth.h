@@ -206,7 +206,7 @@ class KnitCloth {
   std::vector<std::vector<std::uint32_t>>
       tiles_;  ///< points of the parts of the cloth factored by themselves
   std::vector<std::uint32_t> tile_of_, place_of_;  ///< of points: in their tile
-  std::vector<BlockFactor> factors_;               ///< of tiles
+  std::vector<BlockCholesky> factors_;             ///< of tiles
   RoughVector borders_[2];                         ///< what points do for the period, by the inverse
   double period_inverse_[3] = {1, 0, 1};           ///< of its Schur complement: xx, xy, yy
   bool is_free_ = false;

@@ -331,7 +331,7 @@ void KnitCloth::factor() {
       const auto& [a, b, slope, rate, weight] = contacts[index];
       add_square({{a, b}, {1, -1}, 2, V3d(slope), V2d(rate), weight});
     }
-    factors_[tile] = BlockFactor(std::move(hessian.points));
+    factors_[tile] = BlockCholesky(std::move(hessian.points));
   }
   if (!is_free_) return;
   for (int k = 0; k < 2; ++k) {

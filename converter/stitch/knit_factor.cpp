@@ -40,7 +40,7 @@ Eigen::Matrix3f& BlockMatrix::at(std::uint32_t i, std::uint32_t j) {
   return entries_.back().block;
 }
 
-BlockFactor::BlockFactor(BlockMatrix matrix) {
+BlockCholesky::BlockCholesky(BlockMatrix matrix) {
   constexpr std::uint32_t none = BlockMatrix::none;
   const auto count = static_cast<std::uint32_t>(matrix.first_.size());
   const auto size = static_cast<int>(count);
@@ -78,7 +78,7 @@ BlockFactor::BlockFactor(BlockMatrix matrix) {
 }
 
 /// Row by row: each one is solved for by the columns before it.
-void BlockFactor::eliminate(const BlockMatrix& matrix, const std::vector<std::uint32_t>& parents) {
+void BlockCholesky::eliminate(const BlockMatrix& matrix, const std::vector<std::uint32_t>& parents) {
   constexpr std::uint32_t none = BlockMatrix::none;
   constexpr float min_pivot = 1e-6F;  // of the diagonal
   const auto count = static_cast<std::uint32_t>(order_.size());
@@ -113,7 +113,7 @@ void BlockFactor::eliminate(const BlockMatrix& matrix, const std::vector<std::ui
   }
 }
 
-void BlockFactor::solve(std::vector<Eigen::Vector3f>& x) const {
+void BlockCholesky::solve(std::vector<Eigen::Vector3f>& x) const {
   std::vector<Eigen::Vector3f> y;
   for (const std::uint32_t point : order_) y.push_back(x[point]);
   for (std::size_t k = 0; k < y.size(); ++k) {

@@ -17,7 +17,7 @@ class BlockMatrix {
   Eigen::Matrix3f& at(std::uint32_t i, std::uint32_t j);
 
  private:
-  friend class BlockFactor;
+  friend class BlockCholesky;
   static constexpr std::uint32_t none = ~0U;
   struct Entry {
     std::uint32_t row, column;  ///< not above the row
@@ -28,11 +28,11 @@ class BlockMatrix {
   std::vector<Entry> entries_;
 };
 
-class BlockFactor {
+class BlockCholesky {
  public:
-  BlockFactor() = default;
+  BlockCholesky() = default;
   /// Precondition: a positive definite matrix, but for rounding.
-  explicit BlockFactor(BlockMatrix matrix);
+  explicit BlockCholesky(BlockMatrix matrix);
   /// Multiplies by the inverse.
   void solve(std::vector<Eigen::Vector3f>& x) const;
 

@@ -469,7 +469,7 @@ void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, 
     fill_station_table(yarn, view, view.size.is_whole() ? nullptr : &scratch.stations, scratch.station_table);
     job.station_table = scratch.station_table;
   } else {
-    job.lamp_functions = functions = functions_of_lamps(yarn, view);
+    job.lamp_basis = functions = light_basis_of_lamps(yarn, view);
   }
   PointShader(job, slope, scratch.depths, scratch).shade_all();
   if (lines && !shown.hairs.empty()) {

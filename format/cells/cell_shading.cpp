@@ -379,10 +379,10 @@ SELVEDGE_INLINE void add_by_lamps(const ShadingJob& job, const float* a, const f
     bright *= lustre_factor(view_and_lustre.x, view_and_lustre.y, moments[0], moments[1]);
   }
   const std::size_t lamps = job.slots.size();
-  const std::size_t padded = job.lamp_functions.size() / values;
+  const std::size_t padded = job.lamp_basis.size() / values;
   for (std::size_t lamp = 0; lamp < lamps; lamp += N) {
     WideVec3<N> sum{Wide(0), Wide(0), Wide(0)};
-    const float* function = &job.lamp_functions[lamp];
+    const float* function = &job.lamp_basis[lamp];
     for (std::size_t i = 0; i < values; i += 3) {
       sum.x = sum.x + Wide(light[i]) * Wide::load(function);
       sum.y = sum.y + Wide(light[i + 1]) * Wide::load(function + padded);
@@ -538,7 +538,7 @@ std::vector<LightSlot> light_slots(const CellYarn& yarn, const CellView& view) {
   return slots;
 }
 
-std::vector<float> functions_of_lamps(const CellYarn& yarn, const CellView& view) {
+std::vector<float> light_basis_of_lamps(const CellYarn& yarn, const CellView& view) {
   const std::vector<LightSource> sources = light_sources(yarn, view);
   const std::size_t padded = (sources.size() + max_lanes - 1) / max_lanes * max_lanes;
   std::vector<float> functions(padded * 3 * yarn_light_function_count);

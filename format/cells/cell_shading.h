@@ -43,9 +43,9 @@ struct ShadingJob {
   const CellView& view;
   std::span<const FrontLamp> lamps;
   std::span<const LightSlot> slots;
-  std::span<const Group> station_table;     ///< fill_station_table()
-  float sample_width = 0;                   ///< of what a sample stands for, mm
-  std::span<const float> lamp_functions{};  ///< functions_of_lamps(), in place of the table
+  std::span<const Group> station_table;  ///< fill_station_table()
+  float sample_width = 0;                ///< of what a sample stands for, mm
+  std::span<const float> lamp_basis{};   ///< light_basis_of_lamps(), in place of the table
 };
 
 struct ShadingBatch {
@@ -59,7 +59,7 @@ struct ShadingBatch {
 /// Names the slots of light. The table has one more, with the moments.
 std::vector<LightSlot> light_slots(const CellYarn& yarn, const CellView& view);
 /// The functions of light of each lamp, [function][colour][lamp], with zeros up to whole vectors.
-std::vector<float> functions_of_lamps(const CellYarn& yarn, const CellView& view);
+std::vector<float> light_basis_of_lamps(const CellYarn& yarn, const CellView& view);
 /// Fills the table, [station][angle function][slot], of some stations, or of all.
 void fill_station_table(const CellYarn& yarn, const CellView& view,
                         const std::vector<std::uint32_t>* stations, std::vector<Group>& table);

@@ -46,12 +46,12 @@ test_a_file_has_at_most_the_bytes_that_are_asked_for() {
 
 test_a_fabric_is_recoloured_by_the_stitch_in_other_colours() {
   selvedge make plain-knit --set colour=#808080 --quality draft -o grey.fabric.exr --quiet
-  exits 0 selvedge make plain-knit --set colour=#1b2a49 --from grey.fabric.exr -o navy.fabric.exr --json
+  exits 0 selvedge make plain-knit --set colour=#1b2a49 --recolour grey.fabric.exr -o navy.fabric.exr --json
   holds 'r.bake === undefined && r.fit.levels[0].heldOutPsnr === null'
   exits 0 selvedge info navy.fabric.exr --json
   holds 'r.content.recipe.set.colour === "#1b2a49" && r.content.recipe.quality === "draft"'
   exits 0 selvedge check navy.fabric.exr
-  refuses OPTION_OUT_OF_RANGE 'grey.fabric.exr: --from' selvedge make purl --from grey.fabric.exr -o purl.fabric.exr
+  refuses OPTION_OUT_OF_RANGE 'grey.fabric.exr: --recolour' selvedge make purl --recolour grey.fabric.exr -o purl.fabric.exr
 }
 
 test_a_make_without_a_quality_is_the_standard_one() {

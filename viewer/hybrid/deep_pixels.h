@@ -40,12 +40,12 @@ class DeepPixels {
   struct Pixel {
     std::uint32_t index_in_band = 0;
     std::array<std::uint8_t, 2> counts{};  ///< number of surfaces by side (front, back)
-    Group open{};                          ///< what its quarters show of what is behind the nearest
+    Group transparency{};                  ///< what its quarters show of what is behind the nearest
   };
   /// Adds pixels, each at most once.
   void add_pixels(std::span<const Pixel> more) { pixels_.insert(pixels_.end(), more.begin(), more.end()); }
   bool empty() const { return pixels_.empty(); }
-  Group& open_at(std::size_t number) { return pixels_[number].open; }
+  Group& transparency_at(std::size_t number) { return pixels_[number].transparency; }
   /// Whether some pixel has a surface of this side in this round.
   bool has_depth_layer(int side, int round) const;
   /// Adds the surfaces that a round has drawn at these pixels.

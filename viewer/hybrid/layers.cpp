@@ -22,7 +22,7 @@ class Painter {
         pixels_(pixels),
         min_transparency_(scene.view.options.cells.min_transparency),
         is_tinted_(!scene.view.tints.empty()),
-        looks_(scene.view.options.cells.is_moving ? 1 : parts) {}
+        samples_per_pixel_(scene.view.options.cells.is_moving ? 1 : parts) {}
 
   /// Overwrites the next sixteen pixels of a row, or those left of its end. `pbr_at`: of a lane.
   template <class PbrAt>
@@ -90,42 +90,42 @@ class Painter {
     }
   }
 
-  /// Composites a surface behind a pixel's colour. `open`: what is still seen through each quarter of the
-  /// pixel. A pixel must not be added again before paint().
-  void add(int x, int y, TriangleSide surface, const PbrPixel& pbr, Group& open) {
+  /// Composites a surface behind a pixel's colour. `transparency`: what is still seen through each quarter of
+  /// the pixel. A pixel must not be added again before paint().
+  void add(int x, int y, TriangleSide surface, const PbrPixel& pbr, Group& transparency) {
     ++count_;
     if (scene_.cells.shows(surface)) {
-      wait(x, y, surface, pbr, open, false);
+      wait(x, y, surface, pbr, transparency, false);
       return;
     }
     const SurfaceLight light = shade(surface, x, y, pbr);
     put_behind(x, y, surface, light, 1 - pixels_.at(x, y).w);
-    for (float& part : open) part *= 1 - light.reflected.w;
+    for (float& part : transparency) part *= 1 - light.reflected.w;
   }
 
   /// Finds what is seen through the nearest surface, after paint().
-  void find_open(int x, int y, TriangleSide nearest, Group& open) {
-    const bool looks = looks_ == parts && scene_.cells.shows(nearest);
-    open.fill(looks ? 1 : 1 - pixels_.at(x, y).w);
-    if (looks) wait(x, y, nearest, {}, open, true);
+  void find_transparency(int x, int y, TriangleSide nearest, Group& transparency) {
+    const bool is_sampled = samples_per_pixel_ == parts && scene_.cells.shows(nearest);
+    transparency.fill(is_sampled ? 1 : 1 - pixels_.at(x, y).w);
+    if (is_sampled) wait(x, y, nearest, {}, transparency, true);
   }
 
   /// Shades the remaining pixels.
   void paint() {
     if (waiting_ == 0) return;
     constexpr float weight = 1 / static_cast<float>(parts);
-    std::fill(row_.surface.begin() + static_cast<std::ptrdiff_t>(looks_ * waiting_), row_.surface.end(),
-              scene_.cells.empty_triangle_side());
+    std::fill(row_.surface.begin() + static_cast<std::ptrdiff_t>(samples_per_pixel_ * waiting_),
+              row_.surface.end(), scene_.cells.empty_triangle_side());
     parts_.surface = row_.surface;
     scene_.cells.sample(parts_, seen_, &row_);
     for (std::size_t k = 0; k < waiting_; ++k) {
-      const auto& [x, y, pbr, open, is_nearest] = wait_[k];
+      const auto& [x, y, pbr, transparency, is_nearest] = wait_[k];
       V4f sum(0, 0, 0, 0);
       float left = 0;
       for (std::size_t part = 0; part < parts; ++part) {
-        V4f value = seen_.at(looks_ * k + part % looks_);
-        if ((seen_.hole_filling_lanes >> (looks_ * k) & 1) != 0 && value.w > 0) value /= value.w;
-        float& through = (*open)[part];
+        V4f value = seen_.at(samples_per_pixel_ * k + part % samples_per_pixel_);
+        if ((seen_.hole_filling_lanes >> (samples_per_pixel_ * k) & 1) != 0 && value.w > 0) value /= value.w;
+        float& through = (*transparency)[part];
         sum += value * (through * weight);
         through *= 1 - value.w;
         left += through * weight;
@@ -135,7 +135,7 @@ class Painter {
         continue;
       }
       cloth_ += sum.w > 0 ? 1 : 0;
-      const TriangleSide surface = row_.surface[looks_ * k];
+      const TriangleSide surface = row_.surface[samples_per_pixel_ * k];
       put_behind(x, y, surface,
                  scene_.cells.is_unmodified(surface)
                      ? SurfaceLight{sum}
@@ -162,20 +162,20 @@ class Painter {
   }
   /// Looks a pixel's quarters up, once there are enough: where holes of two surfaces lie behind each other,
   /// their means would tell more or less than is seen through both.
-  void wait(int x, int y, TriangleSide surface, const PbrPixel& pbr, Group& open, bool is_nearest) {
+  void wait(int x, int y, TriangleSide surface, const PbrPixel& pbr, Group& transparency, bool is_nearest) {
     // Texels are means of pixels, and interpolated: from a quarter of a pixel, they would blur it.
-    const float offset = looks_ == 1 ? 0 : 3.0F / 16;
+    const float offset = samples_per_pixel_ == 1 ? 0 : 3.0F / 16;
     const V2f place = scene_.cells.offset_from_centre(x, pixels_.first_row + y);
-    for (std::size_t part = 0; part < looks_; ++part) {
-      const std::size_t lane = looks_ * waiting_ + part;
+    for (std::size_t part = 0; part < samples_per_pixel_; ++part) {
+      const std::size_t lane = samples_per_pixel_ * waiting_ + part;
       row_.surface[lane] = surface;
       row_.x[lane] = place.x;
       row_.y[lane] = place.y;
       parts_.x[lane] = place.x + (part % 2 == 0 ? -offset : offset);
       parts_.y[lane] = place.y + (part < 2 ? -offset : offset);
     }
-    wait_[waiting_] = {x, y, pbr, &open, is_nearest};
-    if (looks_ * ++waiting_ == lane_count) paint();
+    wait_[waiting_] = {x, y, pbr, &transparency, is_nearest};
+    if (samples_per_pixel_ * ++waiting_ == lane_count) paint();
   }
   /// shade_pixel() of a pixel without a cell image.
   SurfaceLight shade(TriangleSide surface, int x, int y, const PbrPixel& pbr) {
@@ -192,12 +192,12 @@ class Painter {
   bool is_tinted_;
   CellPixels row_;
   static constexpr std::size_t parts = 4;
-  std::size_t looks_;  ///< of a pixel: one of a picture that moves, for speed
-  CellPixels parts_;   ///< quarters of pixels, where row_ has the pixels themselves
+  std::size_t samples_per_pixel_;  ///< one in a picture that moves, for speed
+  CellPixels parts_;               ///< quarters of pixels, where row_ has the pixels themselves
   struct Waiting {
     int x = 0, y = 0;
     PbrPixel pbr;
-    Group* open = nullptr;
+    Group* transparency = nullptr;
     bool is_nearest = false;
   };
   std::array<Waiting, lane_count> wait_;
@@ -206,11 +206,11 @@ class Painter {
   std::int64_t count_ = 0, cloth_ = 0;
 };
 
-/// Composites the surfaces behind the nearest ones at deep pixels first ... end - 1. `open_at`: of one of
-/// them, what its nearest surface leaves.
-template <class OpenAt>
+/// Composites the surfaces behind the nearest ones at deep pixels first ... end - 1. `transparency_at`: of
+/// one of them, what its nearest surface leaves.
+template <class TransparencyAt>
 void paint_layers(Painter& painter, const DeepLayers& deep, std::size_t first, std::size_t end, int layers,
-                  const BandPixels& pixels, const OpenAt& open_at, LayerCount& count) {
+                  const BandPixels& pixels, const TransparencyAt& transparency_at, LayerCount& count) {
   // Layer by layer, since a pixel must be composited before it is tested for being opaque. The first is
   // there.
   for (int layer = 1; layer < layers; ++layer) {
@@ -220,7 +220,8 @@ void paint_layers(Painter& painter, const DeepLayers& deep, std::size_t first, s
       const DeepHit& hit = deep.hits[deep.starts[k] + layer];
       const int x = static_cast<int>(hit.pixel) % pixels.width;
       const int y = static_cast<int>(hit.pixel) / pixels.width;
-      if (painter.is_open(pixels.at(x, y))) painter.add(x, y, hit.surface, deep.pbr_of(hit), open_at(k));
+      if (painter.is_open(pixels.at(x, y)))
+        painter.add(x, y, hit.surface, deep.pbr_of(hit), transparency_at(k));
     }
     painter.paint();
     if (painter.count() == before) break;
@@ -287,8 +288,9 @@ class RowShader {
         const bool is_deep = behind == deep_triangle_side;
         const bool is_open = layers_ > 1 && painter_.is_open(pixels_.at(x, y));
         if (is_open) {
-          open_.resize(static_cast<std::size_t>(end_ - first_) * pixels_.width);
-          painter_.find_open(x, y, surfaces_.nearest[index_of(x, y)], open_at(index_of(x, y)));
+          transparency_.resize(static_cast<std::size_t>(end_ - first_) * pixels_.width);
+          painter_.find_transparency(x, y, surfaces_.nearest[index_of(x, y)],
+                                     transparency_at(index_of(x, y)));
         }
         if (is_deep && is_open) deep_.push_back(static_cast<std::uint32_t>(index_of(x, y)));
         if (is_deep || !is_open) behind = no_triangle_side;
@@ -323,21 +325,21 @@ class RowShader {
       for (int x = 0; x < pixels_.width; ++x) {
         if (behind[x] == no_triangle_side) continue;
         const std::size_t i = index_of(x, y);
-        painter_.add(x, y, behind[x], surfaces_.pbr_at(behind[x], i), open_at(i));
+        painter_.add(x, y, behind[x], surfaces_.pbr_at(behind[x], i), transparency_at(i));
       }
     }
     painter_.paint();
     if (painter_.count() > before) count_.layers = 2;
     paint_layers(
         painter_, layers_of_deep_, 0, layers_of_deep_.pixels(), layers_, pixels_,
-        [&](std::size_t k) -> Group& { return open_at(deep_[k]); }, count_);
+        [&](std::size_t k) -> Group& { return transparency_at(deep_[k]); }, count_);
     count_.evaluated_pixels = painter_.count();
     count_.cloth_pixels = painter_.cloth();
   }
 
   const LayerCount& count() const { return count_; }
   const std::vector<std::uint32_t>& deep() const { return deep_; }
-  Group& open_at(std::size_t pixel) { return open_[pixel - index_of(0, first_)]; }
+  Group& transparency_at(std::size_t pixel) { return transparency_[pixel - index_of(0, first_)]; }
 
  private:
   std::size_t index_of(int x, int y) const { return static_cast<std::size_t>(y) * pixels_.width + x; }
@@ -397,7 +399,7 @@ class RowShader {
   Painter painter_;
   LayerCount count_;
   std::vector<std::uint32_t> deep_;  ///< pixels, ascending
-  std::vector<Group> open_;          ///< of the rows' pixels: what is seen through the nearest surface
+  std::vector<Group> transparency_;  ///< of the rows' pixels: what is seen through the nearest surface
   DeepLayers layers_of_deep_;
 };
 
@@ -446,8 +448,9 @@ LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& su
     if (casts) continue;
     for (const std::uint32_t pixel : part->deep()) {
       const std::array<DrawnSide, 2>& sides = surfaces.sides;
-      deep_pixels.push_back(
-          {pixel, {sides[0].visible.counts[pixel], sides[1].visible.counts[pixel]}, part->open_at(pixel)});
+      deep_pixels.push_back({pixel,
+                             {sides[0].visible.counts[pixel], sides[1].visible.counts[pixel]},
+                             part->transparency_at(pixel)});
     }
   }
   deep.add_pixels(deep_pixels);
@@ -472,7 +475,7 @@ LayerCount shade_deep_pixels(const FrameScene& scene, CellPass& cells, DeepPixel
     Painter painter(scene, pixels);
     paint_layers(
         painter, layered, first, std::min(first + deep_pixels_per_task, count), layers, pixels,
-        [&](std::size_t k) -> Group& { return deep.open_at(k); }, counts[task]);
+        [&](std::size_t k) -> Group& { return deep.transparency_at(k); }, counts[task]);
     counts[task].evaluated_pixels = painter.count();
     counts[task].cloth_pixels = painter.cloth();
   });

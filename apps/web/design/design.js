@@ -34,7 +34,9 @@ function command() {
 function show_recipe(is_other = true) {
   const offer = offered_recipes.find(({stitch, text}) => stitch === recipe.stitch && (text === undefined) === (recipe.text === undefined));
   for (const input of by_id('stitches').querySelectorAll('input')) input.checked = input.value === offer?.stitch;
-  if (is_other) by_id('stitches').querySelector('label:has(:checked)')?.scrollIntoView({block: 'nearest'});
+  const list = by_id('stitches'), tile = list.querySelector('label:has(:checked)');
+  // The list alone: a page that scrolls moves buttons from under a finger.
+  if (is_other && tile) list.scrollTop = Math.max(tile.offsetTop + tile.offsetHeight - list.clientHeight, Math.min(list.scrollTop, tile.offsetTop));
   by_id('name').textContent = own_name();
   by_id('sides').checked = recipe.sides === 'both';
   by_id('about').textContent = offer?.description ?? '';
@@ -78,7 +80,7 @@ const made_bytes = () => state.bytes ?? (state.making ? making : making = make()
 function make() {
   resolve_current?.(null);
   const begin = performance.now(), run = make_run(), made_recipe = recipe, {argv, files} = run;
-  const from_last = last_fabric && {argv: [...argv.slice(0, 2), '--from', 'last.fabric.exr', ...argv.slice(2)], files: {...files, 'last.fabric.exr': last_fabric}};
+  const from_last = last_fabric && {argv: [...argv.slice(0, 2), '--recolour', 'last.fabric.exr', ...argv.slice(2)], files: {...files, 'last.fabric.exr': last_fabric}};
   Object.assign(state, {making: true, stage: '', bytes: null, preview_ms: null});
   refuse('');
   show_progress('making …');

@@ -54,7 +54,7 @@ TEST_CASE("a fabric in other colours is nearly what a make of them is") {
     Samples samples;
     const Fabric base = made(before, nullptr);
     const Fabric exact = made(after, &samples);
-    REQUIRE(is_in_other_colours(base, after));
+    REQUIRE(differs_only_in_colour(base, after));
     const Fabric recoloured = recolour(base, after);
     CHECK(recoloured.accuracy == "{}");
     const PairSamples held_out = side_pairs(samples.pairs[index_of(PairKind::held_out)], Side::front);
@@ -78,12 +78,12 @@ TEST_CASE("cloth in other colours has the same yarn") {
   const Fabric fabric =
       test::need(fit_fabric(test::need(bake(cell_of("plain-knit", {}), "", options.bake)).samples, options))
           .fabric;
-  CHECK(is_in_other_colours(fabric, cell_of("plain-knit", {{"colour", {0.1, 0.2, 0.3}}})));
-  CHECK_FALSE(is_in_other_colours(fabric, cell_of("plain-knit", {{"wale_mm", {5.1}}})));
-  CHECK_FALSE(is_in_other_colours(fabric, cell_of("purl", {})));
+  CHECK(differs_only_in_colour(fabric, cell_of("plain-knit", {{"colour", {0.1, 0.2, 0.3}}})));
+  CHECK_FALSE(differs_only_in_colour(fabric, cell_of("plain-knit", {{"wale_mm", {5.1}}})));
+  CHECK_FALSE(differs_only_in_colour(fabric, cell_of("purl", {})));
   Fabric without = fabric;
   without.levels.front().set_yarns(nullptr);
-  CHECK_FALSE(is_in_other_colours(without, cell_of("plain-knit", {})));
+  CHECK_FALSE(differs_only_in_colour(without, cell_of("plain-knit", {})));
 }
 
 }  // namespace selvedge
