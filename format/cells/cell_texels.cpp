@@ -156,7 +156,7 @@ float max_yarn_pixel_texels(const Fabric& fabric) {
   if (!yarns) return 0;
   const V2f texels(fabric.texels());
   const float nodes = static_cast<float>(yarns->data().nodes.size());
-  return std::sqrt(texels.x * texels.y) / std::max(min_repeat_pixels, nodes / max_nodes_per_pixel);
+  return std::sqrt(texels.x * texels.y) / std::max(min_repeat_pixels, std::sqrt(nodes / max_nodes_per_pixel));
 }
 
 CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced) {

@@ -10,10 +10,10 @@
 
 namespace selvedge {
 
-/// Below this number of pixels a repeat, in the mean of both sides, texels show in place of yarn; of yarn
-/// with many nodes, which cost their time in each image, below a pixel for this number of them.
+/// Below this number of pixels along a repeat, in the mean of both sides, texels show in place of yarn; of
+/// yarn with many nodes, which cost their time in each image, also where a pixel shows more than this number.
 inline constexpr float min_repeat_pixels = 2;
-inline constexpr float max_nodes_per_pixel = 4000;
+inline constexpr float max_nodes_per_pixel = 80;
 
 /// The upper half of light from all around as twelve lamps, none below `least`: polynomials of z up to degree
 /// 5 have their integrals.

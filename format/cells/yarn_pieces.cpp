@@ -13,6 +13,11 @@ constexpr float min_turn_cosine = 0.970F;
 constexpr std::size_t padding = 16;
 constexpr std::size_t run_length = 16;  ///< of pieces, and of runs
 constexpr std::size_t segments_of_large_cell = 65536;
+/// Pieces of hairs of a large cell in the smallest pixel that shows a level of detail: fewer hairs stand for
+/// more than these, as much thicker. Pixels are as long as the longest piece by this number
+/// (CellView::max_piece_pixels).
+constexpr float hair_pieces_of_pixel = 16;
+constexpr float pixels_of_piece = 1.5F;
 constexpr float hairs_of_place = 128;  ///< hairs of large cells are in the order of places
 
 /// One segment in place of `chain`.
@@ -119,7 +124,16 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   YarnPieces pieces;
   std::vector<Yarns::Segment> hairs;
   std::span<const Yarns::Segment> rest = inside.segments;
-  hairs.reserve(std::ranges::count_if(rest, [](const Yarns::Segment& s) { return s.hair_threshold > 0; }));
+  const auto hair_count = static_cast<float>(
+      std::ranges::count_if(rest, [](const Yarns::Segment& s) { return s.hair_threshold > 0; }));
+  const float pixel = static_cast<float>(segments) * step / pixels_of_piece;
+  const bool is_small = inside.segments.size() < segments_of_large_cell;
+  const float hairs_for_one =
+      is_small ? 1
+               : std::max(1.0F, hair_count * pixel * pixel /
+                                    (hair_pieces_of_pixel * yarns.period().x * yarns.period().y));
+  float hair_number = 0;
+  hairs.reserve(static_cast<std::size_t>(hair_count / hairs_for_one));
   pieces.segments.reserve(inside.segments.size());
   for (const YarnCurve& curve : data.curves) {
     const int of_ply = curve.nodes * curve.plies.divisions;
@@ -135,10 +149,15 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
       }
       rest = rest.subspan(of_ply);
     }
-    for (; !rest.empty() && rest.front().hair_threshold > 0; rest = rest.subspan(1))
+    for (; !rest.empty() && rest.front().hair_threshold > 0; rest = rest.subspan(1)) {
+      const float hair = std::floor(hair_number++ / (hair_point_count - 1));
+      if (std::floor((hair + 1) / hairs_for_one) == std::floor(hair / hairs_for_one)) continue;
       hairs.push_back(rest.front());
+      hairs.back().radius *= hairs_for_one;
+      hairs.back().bounding_radius *= hairs_for_one;
+    }
   }
-  sort_hairs(yarns.period(), inside.segments.size() < segments_of_large_cell, hairs);
+  sort_hairs(yarns.period(), is_small, hairs);
   pieces.ply_piece_count = pieces.count();
   pieces.segments.insert(pieces.segments.end(), hairs.begin(), hairs.end());
   pieces.min_hair_bound = hairs.empty() ? 0 : hairs.front().bounding_radius;
@@ -184,8 +203,8 @@ CellYarn::CellYarn(const Yarns& yarns, float plane, std::span<const float> sky)
 
 const YarnPieces& CellYarn::pieces(float longest) const {
   std::size_t best = 0;
-  while (best + 1 < detail_lengths.size() && static_cast<float>(detail_lengths[best + 1]) * step_ <= longest)
-    ++best;
+  const std::size_t count = large_ ? detail_lengths.size() : details_of_small_cell;
+  while (best + 1 < count && static_cast<float>(detail_lengths[best + 1]) * step_ <= longest) ++best;
   Detail& detail = (*details_)[best];
   std::call_once(detail.once, [&] { detail.pieces = pieces_of(*yarns_, detail_lengths[best], step_); });
   return detail.pieces;
