@@ -36,11 +36,9 @@ std::vector<V3d> box_corners(std::span<const V3d> points) {
   Imath::Box3d bounds;
   for (const V3d& point : points) bounds.extendBy(point);
   std::vector<V3d> corners;
-  for (const double x : {bounds.min.x, bounds.max.x}) {
-    for (const double y : {bounds.min.y, bounds.max.y}) {
+  for (const double x : {bounds.min.x, bounds.max.x})
+    for (const double y : {bounds.min.y, bounds.max.y})
       for (const double z : {bounds.min.z, bounds.max.z}) corners.emplace_back(x, y, z);
-    }
-  }
   return corners;
 }
 

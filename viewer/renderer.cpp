@@ -199,10 +199,9 @@ struct Renderer::State {
         shadow_views(options.lights, scene.mesh.positions, scene.origin, options.shadow_map_size);
     constexpr std::size_t max_texels = std::size_t{1} << 28;
     const std::size_t side = options.shadow_map_size;
-    if (views.size() * side * side > max_texels) {
+    if (views.size() * side * side > max_texels)
       refuse("--shadows", fmt::format("{} maps of {} texels a side are more than {} texels", views.size(),
                                       side, max_texels));
-    }
     if (views == shadowed) return shadow_maps;
     shadow_maps.clear();
     shadow_maps.resize(views.size());

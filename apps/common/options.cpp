@@ -353,9 +353,8 @@ void Options::refuse_all_but(std::initializer_list<const char*> names, const cha
 }
 
 void Options::refuse_if(bool here, const char* why, std::initializer_list<const char*> names) const {
-  for (const char* name : names) {
+  for (const char* name : names)
     if (here && is_given(name)) refuse(name, why);
-  }
 }
 
 }  // namespace selvedge

@@ -30,9 +30,8 @@ int check_output(int status) {
 
 /// The first file, or other word, that a verb is given without a name of an option.
 std::string first_file(const CLI::App& verb) {
-  for (const CLI::Option* option : verb.get_options()) {
+  for (const CLI::Option* option : verb.get_options())
     if (option->get_positional() && !option->results().empty()) return option->results().front();
-  }
   return "";
 }
 
@@ -90,10 +89,9 @@ std::string manual_page(const CLI::App& program) {
       ".SH DESCRIPTION\n{4}\n.SH VERBS\n",
       CLI::detail::to_lower(name), SELVEDGE_VERSION, roff(name), roff(program.get_description()),
       roff(program.get_footer()));
-  for (const CLI::App* verb : program.get_subcommands({})) {
+  for (const CLI::App* verb : program.get_subcommands({}))
     page += fmt::format(".SS {} {}\n{}.\n{}.PP\n.nf\n{}\n.fi\n", roff(name), roff(verb->get_name()),
                         roff(verb->get_description()), options_text(*verb), roff(verb->get_footer()));
-  }
   return page;
 }
 
@@ -231,10 +229,9 @@ Result<Json> Program::call_verb(std::vector<std::string> words) {
 int Program::run(int argc, const char* const* argv) {
   remove_unfinished_files_on_signal();
   // Else the first files that are opened would be standard output or error.
-  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (fcntl(stream, F_GETFD) < 0)
       static_cast<void>(open("/dev/null", stream == STDERR_FILENO ? O_WRONLY : O_RDONLY));
-  }
   try {
     return check_output(parse_and_run(argc, argv));
   } catch (...) {

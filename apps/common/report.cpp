@@ -72,9 +72,8 @@ void report_remarks(const CommonOptions& common, const std::string& file,
   const auto print = [&](const std::string& remark) {
     print_line(fmt::format("{}: {}", escape_unprintable(file), escape_unprintable(remark)));
   };
-  for (const std::string& remark : remarks) {
+  for (const std::string& remark : remarks)
     if (++count[kind_of(remark)] <= shown) print(remark);
-  }
   for (const std::string& remark : remarks) {
     int& of_kind = count[kind_of(remark)];
     if (of_kind > shown) print(fmt::format("and {} more like: {}", of_kind - shown, remark));

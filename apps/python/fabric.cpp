@@ -115,10 +115,9 @@ py::array_t<float> answered_at(const Numbers& u, const Numbers& v, const char* f
   if (u.ndim() != 1 || v.ndim() != 1 || u.shape(0) != n || v.shape(0) != n)
     throw py::value_error("u and v are not of the shape (n,)");
   return answered<T>(first, with, views, [&](Triples a, Triples b, std::span<T> out) {
-    for (std::size_t i = 0; i < out.size(); ++i) {
+    for (std::size_t i = 0; i < out.size(); ++i)
       if (!answer(u.data()[i], v.data()[i], a.subspan(i, 1), b.subspan(i, 1), out.subspan(i, 1)))
         return false;
-    }
     return true;
   });
 }

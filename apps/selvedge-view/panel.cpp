@@ -20,9 +20,8 @@ constexpr std::array<std::string_view, 4> quarter_turns{"0 deg", "90 deg", "180 
 
 /// The name of the first fabric that is worn.
 std::string choice_name(const FabricChoice& choice, const std::vector<std::string>& fabrics) {
-  for (const int fabric : choice.fabrics) {
+  for (const int fabric : choice.fabrics)
     if (fabric >= 0 && fabric < static_cast<int>(fabrics.size())) return fabrics[fabric];
-  }
   return "core material";
 }
 

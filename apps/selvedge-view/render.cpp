@@ -87,11 +87,10 @@ class Series {
     if (is_kept_) return;
     // All are opened before the work, so that an unwritable folder is reported first.
     for (std::string& path : paths_) path = files_.add(path).path();
-    for (std::size_t i = 0; i < paths_.size(); ++i) {
+    for (std::size_t i = 0; i < paths_.size(); ++i)
       if (!by_path_.emplace(file_identity(paths_[i]), i).second)
         throw Failure{{Code::option_out_of_range, "", "--output",
                        fmt::format("{} is the file of two pictures; name it by {{frame}}", paths_[i])}};
-    }
   }
 
   /// Whether --if-changed keeps all files, which the report then names.
@@ -229,11 +228,10 @@ std::string emptiness(const RenderCommand& command, const Shot& shot, const Draw
   const bool dressed = std::ranges::any_of(shot.scene.materials,
                                            [](const auto& material) { return material.fabric.has_value(); });
   if (dressed && stats.cloth_pixels == 0) return "no pixel shows cloth";
-  if (drawn.brightest < black) {
+  if (drawn.brightest < black)
     return dressed && !is_black_undressed(shot)
                ? "the picture is black; without its fabrics the scene is not"
                : "the picture is black: the light, the exposure or all colours are";
-  }
   const double fraction = static_cast<double>(stats.cloth_pixels) / static_cast<double>(stats.covered_pixels);
   const PictureOptions& picture = command.picture;
   const bool is_default = !command.has_view_angles && command.file_camera.empty() &&

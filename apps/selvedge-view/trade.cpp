@@ -117,10 +117,9 @@ class Distance {
     options.lights = at(0).lights;
     // The cloth of all frames: they turn about its origin.
     double reach = 0;
-    for (const double side : {-1.0, 1.0}) {
+    for (const double side : {-1.0, 1.0})
       for (const double end : {-1.0, 1.0})
         reach = std::max(reach, find_swatch_hit(at(0).camera, {side, end})->point_m.length());
-    }
     const int repeats = static_cast<int>(1000 * reach / std::min(period_.x, period_.y)) + 2;
     Scene scene = swatch_scene(period_, V2i(-repeats), V2i(repeats));
     scene.fabrics.emplace_back();

@@ -64,9 +64,8 @@ Result<std::unique_ptr<Window>> Window::open(const std::string& title, const V2i
   });
   glfwSetCursorPosCallback(handle, [](GLFWwindow* sender, double x, double y) {
     Window& moved = window_of(sender);
-    for (std::size_t i = 0; i < moved.held_.size(); ++i) {
+    for (std::size_t i = 0; i < moved.held_.size(); ++i)
       if (moved.held_[i]) moved.drags_[i] += V2d(x, y) - moved.cursor_;
-    }
     moved.cursor_ = V2d(x, y);
   });
   glfwSetDropCallback(handle, [](GLFWwindow* sender, int count, const char** paths) {

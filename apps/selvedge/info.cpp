@@ -83,12 +83,11 @@ Info fabric_info(const std::string& path, const SceneLimits& limits) {
       fill_pattern("views          {views/columns} x {views/rows}\n", content) +
       table_text(layers, {{"layer", "{layer}"}, {"precision", "{precision}"}, {"levels", "{levels}"}});
   if (content.contains("recipe")) text += recipe_text(content["recipe"]);
-  if (content.contains("/sheet/coverWithHairs"_json_pointer)) {
+  if (content.contains("/sheet/coverWithHairs"_json_pointer))
     text += fill_pattern(
         "cloth          {sheet/composition}, {sheet/construction}, {sheet/gramsPerSquareMetre} g/m2, cover "
         "{sheet/cover} ({sheet/coverWithHairs} with hairs)\n",
         content);
-  }
   const Json accuracy = content.value("accuracy", Json::object());
   if (accuracy.contains("front") && accuracy["front"].is_array()) {
     text += "accuracy      ";

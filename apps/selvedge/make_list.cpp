@@ -96,10 +96,9 @@ List read_list(const std::string& path, bool all_changed_only) {
     }
     list.lines.push_back({list.count, std::move(command)});
   }
-  for (const auto& [file, number] : outputs) {
+  for (const auto& [file, number] : outputs)
     if (const auto read = inputs.find(file); read != inputs.end())
       refuse(number, fmt::format("writes over {}, an input", read->second));
-  }
   return list;
 }
 

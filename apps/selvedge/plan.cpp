@@ -55,9 +55,8 @@ std::vector<Camera> cameras_of(const Scene& scene, const PlanCommand& command) {
   const std::vector<V3d> points = value_or_throw(world_points(scene));
   const double aspect = static_cast<double>(command.size.x) / command.size.y;
   std::vector<std::string> names = command.cameras;
-  if (names.empty() && !command.own_camera) {
+  if (names.empty() && !command.own_camera)
     for (std::size_t i = 0; i < scene.cameras.size(); ++i) names.push_back(std::to_string(i));
-  }
   std::vector<Camera> cameras;
   for (const std::string& name : names)
     cameras.push_back(value_or_throw(find_scene_camera(scene, name, points, aspect, command.camera)));
@@ -194,11 +193,10 @@ void add_pixels(const Scene& scene, const Camera& camera, const std::vector<bool
         material.behind[side] += texels != nullptr ? 0 : hidden;
         if (open == 0 || texels == nullptr) return;
         std::array<V2d, 3> at;
-        for (std::size_t k = 0; k < 3; ++k) {
+        for (std::size_t k = 0; k < 3; ++k)
           at[k] =
               fabric->transform.apply(primitive.tex_coords[fabric->tex_coord][primitive.indices[first + k]]) *
               (*texels)[primitive.material];
-        }
         add_sizes(shown, at, pixel, material);
       });
 }
@@ -259,14 +257,12 @@ Result<int> run(const PlanCommand& command) {
   const Scene scene = value_or_throw(read_scene(command.scene, command.limits, command.choice));
   std::vector<Fabric> fabrics;
   const FabricLimits limits{.memory = scene.memory_left};
-  for (const SceneFabric& fabric : scene.fabrics) {
+  for (const SceneFabric& fabric : scene.fabrics)
     fabrics.push_back(value_or_throw(fabric.path.empty() ? read_fabric(fabric.bytes, fabric.name, limits)
                                                          : read_fabric(fabric.path, limits)));
-  }
   std::vector<V2d> texels(scene.materials.size(), V2d(1, 1));
-  for (std::size_t i = 0; i < texels.size(); ++i) {
+  for (std::size_t i = 0; i < texels.size(); ++i)
     if (const auto& fabric = scene.materials[i].fabric) texels[i] = V2d(fabrics[fabric->fabric].texels());
-  }
   std::vector<Seen> seen(scene.materials.size());
   const std::vector<Camera> cameras = cameras_of(scene, command);
   std::vector<bool> hiding(seen.size());

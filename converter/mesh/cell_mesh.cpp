@@ -22,11 +22,10 @@ Imath::Box3f bounds_of(const CellMesh& mesh) {
 }
 
 Result<void> validate(const CellMesh& mesh, const std::string& name) {
-  for (unsigned i = 0; i < 2; ++i) {
+  for (unsigned i = 0; i < 2; ++i)
     if (!(mesh.period[i] > 0) || !std::isfinite(mesh.period[i]))
       return fail(Code::mesh_invalid, name, i == 0 ? "period x" : "period y",
                   fmt::format("must be positive, is {}", mesh.period[i]));
-  }
   if (mesh.triangles.empty()) return fail(Code::mesh_empty, name, "", "the mesh has no triangles");
   const auto infinite = std::ranges::find_if_not(mesh.positions, is_finite);
   if (infinite != mesh.positions.end())

@@ -220,11 +220,10 @@ Result<CellMesh> cell_from(const std::string& bytes, const std::string& path,
   if (options.scale_to_mm && (!(*options.scale_to_mm > 0) || !std::isfinite(*options.scale_to_mm)))
     return fail(Code::option_out_of_range, path, "--unit",
                 fmt::format("must be positive, is {}", *options.scale_to_mm));
-  for (int c = 0; c < 3; ++c) {
+  for (int c = 0; c < 3; ++c)
     if (!(options.albedo[c] >= 0 && options.albedo[c] <= 1))
       return fail(Code::option_out_of_range, path, "--albedo",
                   fmt::format("must lie in 0 to 1, is {}", options.albedo[c]));
-  }
   auto file = value_or_throw(format == "obj" ? read_obj(bytes, path)
                                              : ply_to_mesh(value_or_throw(read_ply(bytes, path)), path));
   if (with_materials) read_materials(file, path);

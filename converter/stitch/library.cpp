@@ -23,7 +23,6 @@
 #include "converter/stitch/yarn_mesh.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
-#include "format/base/option_text.h"
 #include "format/fabric/yarn_hairs.h"
 
 namespace selvedge {

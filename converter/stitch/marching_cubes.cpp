@@ -133,10 +133,9 @@ class Marcher {
 
   MarchedSurface run() {
     evaluate();
-    for (int z = 0; z < grid_.cells.z; ++z) {
+    for (int z = 0; z < grid_.cells.z; ++z)
       for (int y = 0; y < grid_.cells.y; ++y)
         for (int x = 0; x < grid_.cells.x; ++x) march_cube(V3i(x, y, z));
-    }
     return std::move(surface_);
   }
 

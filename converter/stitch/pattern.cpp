@@ -61,11 +61,10 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
                                           "longer than 0 and no longer than the shorter period {} mm",
                                           yarn.hair_mm, max_hair_length_ratio, shorter));
   if (yarn.segments.empty()) return refuse("/segments", "the yarn has no segments");
-  for (std::size_t s = 0; s < yarn.squeezes.size(); ++s) {
+  for (std::size_t s = 0; s < yarn.squeezes.size(); ++s)
     if (!(yarn.squeezes[s].length2() <= 1 - double{min_flattening}))
       return refuse(fmt::format("/squeezes/{}", s),
                     fmt::format("its square must be at most {}", 1 - min_flattening));
-  }
   const double tolerance = chain_tolerance * yarn.radius_mm;
   for (std::size_t s = 0; s < yarn.segments.size(); ++s) {
     for (std::size_t p = 0; p < 4; ++p) {
@@ -99,12 +98,11 @@ Result<void> validate_yarn(const Yarn& yarn, const V2d& period_mm, const std::st
 }  // namespace
 
 Result<void> validate(const StitchPattern& pattern, const std::string& file, const StitchLimits& limits) {
-  for (unsigned i = 0; i < 2; ++i) {
+  for (unsigned i = 0; i < 2; ++i)
     if (!(pattern.period_mm[i] >= limits.min_mm && pattern.period_mm[i] <= limits.max_mm))
       return fail(Code::stitch_invalid, file, fmt::format("/period_mm/{}", i),
                   fmt::format("the period must lie in {} to {} mm, is {}", limits.min_mm, limits.max_mm,
                               pattern.period_mm[i]));
-  }
   if (pattern.yarns.empty()) return fail(Code::stitch_invalid, file, "/yarns", "the pattern has no yarn");
   std::size_t segments = 0;
   for (std::size_t y = 0; y < pattern.yarns.size(); ++y) {

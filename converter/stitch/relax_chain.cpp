@@ -55,10 +55,9 @@ double set_squeeze(Imath::M33d& strain, const V3d& along, V3d& squeeze) {
   const double s = x.dot(y * strain);
   const double size = std::sqrt(c * c + s * s);
   const double part = size > max_stretch ? max_stretch / size : 1;
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < 3; ++k)
     for (int l = 0; l < 3; ++l)
       strain[k][l] = part * (c * (x[k] * x[l] - y[k] * y[l]) + s * (x[k] * y[l] + y[k] * x[l]));
-  }
   const double wide = exp_of(part * size);
   const V3d widest = c > 0 ? x * (size + c) + y * s : x * s + y * (size - c);
   squeeze = widest.normalized() * std::sqrt(1 - 1 / (wide * wide));

@@ -84,9 +84,8 @@ class Relaxation {
       const V2i turns = chain_periods(yarn, pattern.period_mm);
       chain.period_offset = {turns.x * period_.x, turns.y * period_.y, 0};
       constexpr int fine = 32;
-      for (const BezierSegment& segment : yarn.segments) {
+      for (const BezierSegment& segment : yarn.segments)
         for (int k = 0; k < fine; ++k) chain.points.push_back(point_at(segment, 1.0 * k / fine));
-      }
       // Rounded, as the sines of drawings differ in their last bits between machines.
       const double unit = yarn.radius_mm / (1 << 20);
       for (V3d& p : chain.points)
@@ -186,9 +185,8 @@ class Relaxation {
         high = std::max(high, p.z + chain.half_thickness);
       }
     }
-    for (RelaxChain& chain : chains_) {
+    for (RelaxChain& chain : chains_)
       for (V3d& p : chain.points) p.z -= 0.5 * (low + high);
-    }
   }
 
  private:
@@ -337,9 +335,8 @@ class Relaxation {
         if (!chains_[piece.chain].is_soft) continue;
         Imath::M33d& strain = chains_[piece.chain].strains[piece.index];
         const double fraction = soft_pressure * overlap.depth / (grown_ * piece.section.radius);
-        for (int i = 0; i < 3; ++i) {
+        for (int i = 0; i < 3; ++i)
           for (int j = 0; j < 3; ++j) strain[i][j] -= fraction * d[i] * d[j];
-        }
       }
     }
   }
@@ -390,10 +387,9 @@ class Relaxation {
   /// Searches for contacts again if pieces of different ones may have met since the last search.
   void search_if_moved() {
     double moved = 0;
-    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    for (std::size_t i = 0; i < pieces_.size(); ++i)
       moved = std::max(moved, std::sqrt((pieces_[i].start - searched_[i].start).length2()) +
                                   pieces_[i].extent - searched_[i].extent);
-    }
     if ((options_.is_rough ? 1 : 2) * moved > (search_margin - touch_margin) * widest_) search();
   }
 

@@ -275,10 +275,9 @@ std::vector<V3f> LayerFitter::shown(std::size_t k, const BasisFit& basis, const 
     for (std::size_t i = 0; i < lanes; ++i)
       coefficient[i] = &basis.coefficient[std::min(first + i, basis.texel_count() - 1) * values.size()];
     std::array<std::array<float, lanes>, 3> sum{};
-    for (std::size_t m = 0; m < values.size(); ++m) {
+    for (std::size_t m = 0; m < values.size(); ++m)
       for (std::size_t i = 0; i < lanes; ++i)
         for (int c = 0; c < 3; ++c) sum[c][i] += coefficient[i][m] * values[m][c];
-    }
     for (std::size_t i = 0; i < lanes && first + i < basis.texel_count(); ++i) {
       const V3f radiance(std::max(sum[0][i], 0.0F), std::max(sum[1][i], 0.0F), std::max(sum[2][i], 0.0F));
       const float* opacity = &levels_[k].dark.opacity()[(first + i) * fabric_.views.count()];

@@ -20,12 +20,10 @@ struct Direction {
 const std::vector<Direction>& dictionary() {
   static const std::vector<Direction> entries = [] {
     std::vector<Direction> list;
-    for (int x = -1; x <= 1; ++x) {
-      for (int y = -1; y <= 1; ++y) {
+    for (int x = -1; x <= 1; ++x)
+      for (int y = -1; y <= 1; ++y)
         for (int z = -1; z <= 1; ++z)
           if (x != 0 || y != 0 || z > 0) list.push_back({x, y, z});
-      }
-    }
     return list;
   }();
   return entries;

@@ -123,11 +123,10 @@ BasisFit quantise(const BasisFit& basis, const Quantisation& options) {
     return basis.coefficient[texel * all + kept[m]] / options.step;
   };
   std::vector<int> numbers(texels * count);
-  for (std::size_t t = 0; t < texels; ++t) {
+  for (std::size_t t = 0; t < texels; ++t)
     for (std::size_t m = 0; m < count; ++m)
       numbers[t * count + m] =
           static_cast<int>(std::lround(std::clamp(steps_of(t, m), -max_steps, max_steps)));
-  }
   for (int pass = 0; pass < passes; ++pass) {
     const Costs costs(numbers, count, options.row_texels, options.bit_cost);
     parallel_for(0, static_cast<int>(count), [&](std::size_t m) {

@@ -197,11 +197,10 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, const 
 }
 
 void scale_light(std::vector<BasisFit>& fits, const V3d& factor) {
-  for (BasisFit& fit : fits) {
+  for (BasisFit& fit : fits)
     for (std::vector<float>& psi : fit.light_functions)
       for (std::size_t i = 0; i < psi.size(); ++i)
         psi[i] = rounded(static_cast<double>(psi[i]) * factor[static_cast<int>(i % 3)], light_step);
-  }
 }
 
 float coefficient_scale(const BasisFit& basis) {

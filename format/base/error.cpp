@@ -67,9 +67,8 @@ std::span<const CodeRow> code_table() {
       {graphics_unavailable, error, "GRAPHICS_UNAVAILABLE", "No OpenGL context can be had, or it failed."},
   }};
   static_assert([] {
-    for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (std::size_t i = 0; i < rows.size(); ++i)
       if (rows[i].code != static_cast<Code>(i)) return false;
-    }
     return rows.back().code == Code::graphics_unavailable;
   }());
   return rows;

@@ -544,9 +544,8 @@ std::vector<float> light_basis_of_lamps(const CellYarn& yarn, const CellView& vi
   std::vector<float> functions(padded * 3 * yarn_light_function_count);
   for (std::size_t lamp = 0; lamp < sources.size(); ++lamp) {
     float* to = &functions[lamp];
-    for (const V3f& value : sources[lamp].basis) {
+    for (const V3f& value : sources[lamp].basis)
       for (int colour = 0; colour < 3; ++colour, to += padded) *to = value[colour];
-    }
   }
   return functions;
 }

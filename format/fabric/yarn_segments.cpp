@@ -63,9 +63,8 @@ Axis axis_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& peri
   }
   const double turned = std::atan2(axis.across[0].cross(axis.across[count]).dot(axis.tangent[0]),
                                    axis.across[0].dot(axis.across[count]));
-  for (int i = 0; i <= count; ++i) {
+  for (int i = 0; i <= count; ++i)
     axis.across[i] = rotated(axis.across[i], axis.tangent[i], -turned * axis.length[i] / axis.length[count]);
-  }
   return axis;
 }
 

@@ -30,9 +30,8 @@ std::array<SkyFactors, smooth_function_count> upper_products() {
   for (const V3f& d : cell_directions(grid)) {
     const auto basis = smooth_basis(d.x, d.y, d.z);
     const float part = d.z * 2 * std::numbers::pi_v<float> / static_cast<float>(grid.count());
-    for (int j = 0; j < smooth_function_count; ++j) {
+    for (int j = 0; j < smooth_function_count; ++j)
       for (int k = 0; k < smooth_function_count; ++k) products[j][k] += part * basis[j] * basis[k];
-    }
   }
   return products;
 }
@@ -71,10 +70,9 @@ class SkyFit {
         for (std::size_t k = 0; k < rows_[j].size(); ++k) rows_[j][k] -= fraction * rows_[i][k];
       }
     }
-    for (int i = 0; i < angle_function_count; ++i) {
+    for (int i = 0; i < angle_function_count; ++i)
       for (int k = 0; k < smooth_function_count; ++k)
         result[i][k] = rows_[i][angle_function_count + k] / rows_[i][i];
-    }
     return result;
   }
 
@@ -163,12 +161,10 @@ std::vector<float> sky_transfer(const Yarns& yarns) {
         }
       }
       const auto& direct = (*sky_seen)[station + number];
-      for (int i = 0; i < angle_function_count; ++i) {
-        for (int k = 0; k < smooth_function_count; ++k) {
+      for (int i = 0; i < angle_function_count; ++i)
+        for (int k = 0; k < smooth_function_count; ++k)
           for (int colour = 0; colour < 3; ++colour)
             to[(i * smooth_function_count + k) * 3 + colour] += direct[i][k] * reflectance[colour];
-        }
-      }
     });
     station += curve.stations;
   }

@@ -1,7 +1,5 @@
 // Yarn as the values of a file's layers, and back.
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -82,9 +80,8 @@ YarnCounts counts_of(const YarnData& data) {
 
 std::vector<float> curve_values(const YarnData& data) {
   std::vector<float> values;
-  for (int field = 0; field < yarn_field_count; ++field) {
+  for (int field = 0; field < yarn_field_count; ++field)
     for (const YarnCurve& curve : data.curves) values.push_back(fields_of(curve)[field]);
-  }
   const YarnPacking& packing = data.packing;
   for (int axis = 0; axis < values_per_node; ++axis) {
     const auto append = [&](std::span<const V3f> list, float step, bool straight) {
@@ -132,11 +129,9 @@ std::vector<float> unpacked_light(const YarnPacking& packing, const std::vector<
 std::vector<float> light_from_values(std::span<const float> values, int stations) {
   std::vector<float> light(std::size_t{light_values_per_station} * stations);
   const int given = stations > 0 ? static_cast<int>(values.size()) / stations : 0;
-  for (int i = 0; i < std::min(given, light_values_per_station); ++i) {
-    for (int s = 0; s < stations; ++s) {
+  for (int i = 0; i < std::min(given, light_values_per_station); ++i)
+    for (int s = 0; s < stations; ++s)
       light[std::size_t{light_values_per_station} * s + i] = values[std::size_t{1} * i * stations + s];
-    }
-  }
   return light;
 }
 

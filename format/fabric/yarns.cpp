@@ -37,9 +37,8 @@ Result<void> check_plies(const YarnPlies& p, const std::string& place) {
   if (std::abs(p.shift) > max_shift) return refuse(place, "has plies that turn too often");
   if (!in(p.phase, -std::numbers::pi_v<float>, std::numbers::pi_v<float>))
     return refuse(place, "has a phase out of range");
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < 3; ++k)
     if (!in(p.outward_gain[k], -4, 4)) return refuse(place, "has a groove outside of [-4, 4]");
-  }
   if (p.sides != 0 && p.sides != 1) return refuse(place, "has sides that are neither 0 nor 1");
   return {};
 }
@@ -72,9 +71,8 @@ Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& p
   if (c.nodes < 2) return refuse(place, fmt::format("has {} nodes; needs 2", c.nodes));
   if (c.stations < 1) return refuse(place, "has no station");
   if (!(c.radius > 0 && c.radius <= max_radius * shorter)) return refuse(place, "has a radius out of range");
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < 3; ++k)
     if (!in(c.albedo[k], 0, 1)) return refuse(place, "has an albedo outside of [0, 1]");
-  }
   if (!in(c.gloss.weight, 0, 1)) return refuse(place, "has a gloss outside of [0, 1]");
   if (!in(c.gloss.lustre, 0, max_lustre)) return refuse(place, "has a lustre out of range");
   if (!(c.gloss.roughness > 0 && c.gloss.roughness <= 1))
@@ -85,9 +83,8 @@ Result<void> check_curve(const YarnCurve& c, float shorter, const std::string& p
   if (!in(c.flattening, min_flattening, 1)) return refuse(place, "has a flattening out of range");
   if (!c.squeezes.empty() && c.squeezes.size() != static_cast<std::size_t>(c.nodes))
     return refuse(place, "needs one squeeze per node");
-  for (const V3f& squeeze : c.squeezes) {
+  for (const V3f& squeeze : c.squeezes)
     if (!in(squeeze.length2(), 0, 1 - min_flattening)) return refuse(place, "has a squeeze out of range");
-  }
   if (auto ok = check_plies(c.plies, place); !ok) return ok;
   if (auto ok = check_strands(c.strands, place); !ok) return ok;
   return check_hairs(c.hairs, shorter, place);
@@ -134,13 +131,10 @@ std::int64_t piece_count(const YarnData& data) {
 
 Result<void> validate(const YarnData& data, const V2f& period) {
   const V3f reach = V3f(period.x, period.y, std::max(period.x, period.y)) * max_reach;
-  for (std::size_t n = 0; n < data.nodes.size(); ++n) {
-    for (int k = 0; k < 3; ++k) {
-      if (!in(data.nodes[n][k], -reach[k], reach[k])) {
+  for (std::size_t n = 0; n < data.nodes.size(); ++n)
+    for (int k = 0; k < 3; ++k)
+      if (!in(data.nodes[n][k], -reach[k], reach[k]))
         return refuse(fmt::format("node {}", n), "is out of range or not finite");
-      }
-    }
-  }
   std::size_t first = 0;
   std::size_t stations = 0;
   if (data.curves.empty()) return refuse("curves", "no curves");
@@ -168,9 +162,8 @@ Result<void> validate(const YarnData& data, const V2f& period) {
     if (light->empty() && light == &data.light_through) continue;
     if (light->size() != stations * light_values_per_station)
       return refuse("light", "station count does not match the curves");
-    for (const float value : *light) {
+    for (const float value : *light)
       if (!std::isfinite(value)) return refuse("light", "a value is not finite");
-    }
   }
   return {};
 }
@@ -341,10 +334,9 @@ float Yarns::lustre_view_factor(const YarnPoint& point, const V3f& view) const {
   const float* here = moments(whole);
   const float* next = moments(whole + 1);
   std::array<float, light_moment_count> mean{};
-  for (float& m : mean) {
+  for (float& m : mean)
     for (const float a : angle_factors(curve.plies, point))
       m += a * (*here++ * (1 - fraction) + *next++ * fraction);
-  }
   V3f v = clamp_rise(view);
   v = (v + point.strand_normal * std::max(0.0F, min_facing_cosine - point.strand_normal.dot(v))).normalized();
   return lustre_factor(v.dot(point.fibre), lustre, mean[0], mean[1]);

@@ -38,12 +38,10 @@ class PlyMesh {
   PlyMesh(const PlyFile& ply, const std::string& file) : ply_(ply), file_(file) {}
 
   Result<MeshFile> read() {
-    if (const PlyElement* vertices = ply_.find("vertex")) {
+    if (const PlyElement* vertices = ply_.find("vertex"))
       if (Result<void> ok = read_vertices(*vertices); !ok) return tl::unexpected(ok.error());
-    }
-    if (const PlyElement* faces = ply_.find("face")) {
+    if (const PlyElement* faces = ply_.find("face"))
       if (Result<void> ok = read_faces(*faces); !ok) return tl::unexpected(ok.error());
-    }
     return std::move(mesh_);
   }
 

@@ -211,10 +211,9 @@ Result<PlyFile> read_ply(std::string_view bytes, const std::string& file) {
         property.list_ends.reserve(element.count);
       else
         property.values.reserve(element.count);
-    for (std::uint64_t i = 0; i < element.count; ++i) {
+    for (std::uint64_t i = 0; i < element.count; ++i)
       for (PlyProperty& property : element.properties)
         if (!read_property(body, property)) return damaged(i);
-    }
   }
   return ply;
 }

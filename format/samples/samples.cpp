@@ -178,11 +178,10 @@ Result<void> check(const Samples& samples, const std::string& file) {
       return refuse(names::part_surface, t % width, v * h.height + t / width,
                     is_opacity(view.alpha[t]) ? normal : view.alpha[t]);
     }
-    for (std::size_t i = 0; i < view.radiance.size(); ++i) {
+    for (std::size_t i = 0; i < view.radiance.size(); ++i)
       if (const int c = bad_channel(view.radiance[i]); c >= 0)
         return refuse(names::part_radiance, i / texels * width + i % width, v * h.height + i % texels / width,
                       view.radiance[i][c]);
-    }
   }
   for (const PairKind kind : all_pair_kinds) {
     const PairSamples& pairs = samples.pairs[index_of(kind)];

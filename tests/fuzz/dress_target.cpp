@@ -91,8 +91,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
              return old.code == issue.code && old.message == issue.message;
            });
   };
-  for (const Error& issue : check_gltf(dressed, options.limits)) {
+  for (const Error& issue : check_gltf(dressed, options.limits))
     fuzz::require(severity_of(issue.code) != Severity::error || was_there(issue), to_line(issue).c_str());
-  }
   return 0;
 }

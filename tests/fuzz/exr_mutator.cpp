@@ -73,9 +73,8 @@ void mutate_parts(File& file, Choice& choice) {
       file.levels.erase(file.levels.begin() + static_cast<std::ptrdiff_t>(p));
       return;
     default:
-      for (auto& [name, text] : part.attributes) {
+      for (auto& [name, text] : part.attributes)
         if (choice.one_in(part.attributes.size())) text = mutate_bytes(text, 8);
-      }
   }
 }
 

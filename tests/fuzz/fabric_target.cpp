@@ -23,10 +23,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
       for (const float z : {0.8F, -0.8F}) {
         const Shading s = evaluate(seen, k, level.width - 1, level.height - 1, {0, 0.6F, z}, {0.6F, 0, 0.8F});
         fuzz::require(s.alpha >= 0 && s.alpha <= 1, "alpha is in [0, 1]");
-        for (int c = 0; c < 3; ++c) {
+        for (int c = 0; c < 3; ++c)
           fuzz::require(s.radiance[c] >= 0 && std::isfinite(s.radiance[c]),
                         "radiance is finite and not negative");
-        }
       }
     }
   };

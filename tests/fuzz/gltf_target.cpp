@@ -19,11 +19,10 @@ void check_scene(const Scene& scene) {
     fuzz::require(primitive.normals.size() == vertices, "every vertex has a normal");
     fuzz::require(primitive.material < static_cast<int>(scene.materials.size()), "materials exist");
   }
-  for (const SceneInstance& instance : scene.instances) {
+  for (const SceneInstance& instance : scene.instances)
     fuzz::require(
         instance.primitive >= 0 && static_cast<std::size_t>(instance.primitive) < scene.primitives.size(),
         "instances are of primitives that exist");
-  }
 }
 
 }  // namespace

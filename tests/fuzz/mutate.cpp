@@ -40,9 +40,8 @@ Json interesting_number(Choice& choice) {
   const double number = choice.one_in(4)
                             ? odd[choice.below(odd.size())]
                             : std::exp2(choice.below(54)) + static_cast<double>(choice.below(3)) - 1;
-  if (number == static_cast<double>(static_cast<std::int64_t>(number)) && !choice.one_in(8)) {
+  if (number == static_cast<double>(static_cast<std::int64_t>(number)) && !choice.one_in(8))
     return static_cast<std::int64_t>(number);
-  }
   return number;
 }
 

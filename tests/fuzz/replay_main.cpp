@@ -20,9 +20,8 @@ std::vector<fs::path> files_of(const fs::path& path) {
   std::vector<fs::path> files;
   if (!fs::exists(path)) return files;  // a target without findings has no folder for them
   if (!fs::is_directory(path)) return {path};
-  for (const auto& entry : fs::recursive_directory_iterator(path)) {
+  for (const auto& entry : fs::recursive_directory_iterator(path))
     if (entry.is_regular_file()) files.push_back(entry.path());
-  }
   std::sort(files.begin(), files.end());
   return files;
 }

@@ -12,10 +12,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::require(front.level.radiance.size() == texels * static_cast<std::size_t>(front.header.views.count()) *
                                                    static_cast<std::size_t>(front.header.lights.count()),
                 "a radiance for every texel, view and light");
-  for (const PairSamples& pairs : front.pairs) {
+  for (const PairSamples& pairs : front.pairs)
     fuzz::require(
         pairs.radiance.size() == pairs.alpha.size() && pairs.radiance.size() == pairs.pairs.size() * texels,
         "a radiance for every pair and texel");
-  }
   return 0;
 }

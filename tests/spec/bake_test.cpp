@@ -74,9 +74,8 @@ TEST_CASE("every member of a stitch description is in the page") {
   const json example = json::parse(to_json(example_pattern()));
   const std::string text = page("stitch.md");
   for (const auto& item : example.items()) CHECK_MESSAGE(test::names(text, item.key()), item.key());
-  for (const auto& item : example["yarns"][0].items()) {
+  for (const auto& item : example["yarns"][0].items())
     CHECK_MESSAGE(test::names(text, "yarns/*/" + item.key()), item.key());
-  }
 }
 
 TEST_CASE("directions of pairs lie in the band of the page") {
@@ -86,9 +85,8 @@ TEST_CASE("directions of pairs lie in the band of the page") {
   CHECK(page("samples.md").find("0.15 <= z < 1") != std::string::npos);
   CHECK(min_pair_z == 0.15);
   const auto& pairs = header.pairs;
-  for (const std::size_t set : {0U, 1U}) {
+  for (const std::size_t set : {0U, 1U})
     for (const DirectionPair& pair : pairs[set]) CHECK(std::min(pair.light.z, pair.view.z) >= 0.15F);
-  }
 }
 
 TEST_CASE("the commands of the page read the values that the reader reads") {

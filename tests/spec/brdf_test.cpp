@@ -40,9 +40,8 @@ TEST_CASE("the worked example has the radiance and the opacity that the page sta
   level.add_layer(LayerKind::frame, 6);
   level.frame()[0] = {vector_of(example["normal"]), vector_of(example["tangent"])};
   level.add_layer(LayerKind::table, 3 * fabric.views.count());
-  for (std::size_t i = 0; i < example["table"].size(); ++i) {
+  for (std::size_t i = 0; i < example["table"].size(); ++i)
     level.view_table()[i] = vector_of(example["table"][i]);
-  }
   level.set_layer(LayerKind::opacity, {fabric.views.count(), example["opacity"].get<std::vector<float>>()});
 
   const V3f light = vector_of(example["light"]);

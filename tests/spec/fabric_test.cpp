@@ -31,9 +31,8 @@ Fabric example() {
     level.width = level_size(2, k);
     level.height = 1;
     level.add_layer(LayerKind::lobes, 15);
-    for (int i = 0; i < 15 * level.texels(); ++i) {
+    for (int i = 0; i < 15 * level.texels(); ++i)
       level.lobes()[i] = std::array{0.25F, -0.5F, -0.5F, 0.5F, 4.0F}[i % 5];
-    }
     fabric.levels.push_back(level);
   }
   fabric.levels[0].set_layer(LayerKind::opacity, {2, {1, 0.5F, 0.25F, 0}});

@@ -94,10 +94,9 @@ TEST_CASE("the page of stitches has every built-in stitch with its picture, and 
     CHECK(std::filesystem::file_size(std::string(SELVEDGE_SOURCE_DIR) + "/" + picture) <= 60 * 1024);
     for (const StitchParameter& parameter : info.parameters) {
       std::string name = parameter.name;
-      for (const std::string prefix : {"second_", "warp_", "weft_"}) {
+      for (const std::string prefix : {"second_", "warp_", "weft_"})
         if (name.starts_with(prefix) && text.find("`" + name + "`") == std::string::npos)
           name.erase(0, prefix.size());
-      }
       CHECK_MESSAGE(text.find("`" + name + "`") != std::string::npos, parameter.name);
     }
   }

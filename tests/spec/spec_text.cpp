@@ -63,9 +63,8 @@ bool names(const std::string& text, const std::string& name) {
 std::vector<std::vector<std::string>> matches(const std::string& text, const std::string& pattern) {
   const std::regex regex(pattern);
   std::vector<std::vector<std::string>> found;
-  for (auto i = std::sregex_iterator(text.begin(), text.end(), regex); i != std::sregex_iterator(); ++i) {
+  for (auto i = std::sregex_iterator(text.begin(), text.end(), regex); i != std::sregex_iterator(); ++i)
     found.emplace_back(std::next(i->begin()), i->end());
-  }
   return found;
 }
 

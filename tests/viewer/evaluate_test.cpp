@@ -19,9 +19,8 @@ using test::random_product_fabric;
 
 Fabric without(Fabric fabric, std::initializer_list<LayerKind> kinds, float radiance_scale = 1) {
   fabric.radiance_scale = radiance_scale;
-  for (FabricLevel& level : fabric.levels) {
+  for (FabricLevel& level : fabric.levels)
     for (const LayerKind kind : kinds) level.remove_layer(kind);
-  }
   return fabric;
 }
 

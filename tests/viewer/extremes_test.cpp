@@ -126,9 +126,8 @@ TEST_CASE(
     on_both_paths(one.extreme, [&](const Frame& frame) {
       CHECK(covered(frame) >= one.covered);
       if (one.exactly) CHECK(covered(frame) == one.covered);
-      for (const V4f& p : frame.pixels) {
+      for (const V4f& p : frame.pixels)
         if (p.w > 0) CHECK(p.x == doctest::Approx(facing_radiance * one.cosine).epsilon(one.tolerance));
-      }
     });
   }
 }

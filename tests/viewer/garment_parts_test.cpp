@@ -19,9 +19,8 @@ constexpr double pi = std::numbers::pi;
 /// A picture of bytes.
 SceneImage picture(int side, const std::function<std::array<int, 4>(int x, int y)>& texel) {
   Image image{side, side, 4, {}};
-  for (int i = 0; i < side * side; ++i) {
+  for (int i = 0; i < side * side; ++i)
     for (const int byte : texel(i % side, i / side)) image.pixels.push_back(static_cast<float>(byte) / 255);
-  }
   return {"picture", "image/png", test::need(encode_png(image, Transfer::keep))};
 }
 SceneImage plain_picture(const std::array<int, 4>& bytes) {

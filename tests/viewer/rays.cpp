@@ -143,10 +143,9 @@ void for_each_light(const Garment& garment, const Meeting& m, const Body& body) 
     const V3f towards(there.direction);
     const V3f l = m.in_frame(towards);
     float fraction = 1;
-    for (const ShadowMap& map : garment.shadows) {
+    for (const ShadowMap& map : garment.shadows)
       if (map.view.light == i)
         fraction = shadow_visibility(map, m.place, l.z < 0 ? -m.normal : m.normal, towards);
-    }
     body(l, there.irradiance, fraction);
   }
 }

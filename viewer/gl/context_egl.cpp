@@ -25,11 +25,8 @@ std::vector<EGLDisplay> displays() {
   const auto query = extension<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
   std::array<EGLDeviceEXT, 32> devices{};
   EGLint count = 0;
-  if (query != nullptr && query(static_cast<EGLint>(devices.size()), devices.data(), &count) == EGL_TRUE) {
-    for (EGLint i = 0; i < count; ++i) {
-      result.push_back(get(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr));
-    }
-  }
+  if (query != nullptr && query(static_cast<EGLint>(devices.size()), devices.data(), &count) == EGL_TRUE)
+    for (EGLint i = 0; i < count; ++i) result.push_back(get(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr));
   result.push_back(get(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
   return result;
 }
@@ -87,9 +84,8 @@ std::unique_ptr<GraphicsContext> context_of(EGLDisplay display) {
 Result<std::unique_ptr<GraphicsContext>> make_egl_context() {
   if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE)
     return tl::unexpected(unavailable("there is no OpenGL behind it"));
-  for (EGLDisplay display : displays()) {
+  for (EGLDisplay display : displays())
     if (auto context = context_of(display)) return context;
-  }
   return tl::unexpected(unavailable("no device gives an OpenGL 4.5 core context without a window"));
 }
 

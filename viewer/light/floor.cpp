@@ -103,11 +103,10 @@ void add_floor(const Floor& floor, const Camera& camera, const V3d& origin, Fram
       const double right = x + 0.5 - 0.5 * frame.width;
       const double up = 0.5 * frame.height - y - 0.5;
       V3d from = camera.position - origin;
-      if (parallel) {
+      if (parallel)
         from +=
             camera.right * (camera.window_centre.x + 2 * camera.window_half_size.x * right / frame.width) +
             camera.up * (camera.window_centre.y + 2 * camera.window_half_size.y * up / frame.height);
-      }
       const V3d away = -(V3d(rays.centre_direction) + V3d(rays.step_right) * right + V3d(rays.step_up) * up);
       const double drop = from.y - floor.height;
       if (!(away.y < 0) || !(parallel || drop > 0)) continue;

@@ -91,11 +91,10 @@ Environment blurred(const Environment& picture, double roughness) {
     const auto fraction = static_cast<float>((lobe.sum_to(std::min(inner, 1.0)) - lobe.sum_to(outer)) /
                                              (lobe.sum_to(1) - lobe.sum_to(0)));
     const Environment part = means(downsample(source, width), lobe, inner, outer);
-    for (int y = 0; y < result.height; ++y) {
+    for (int y = 0; y < result.height; ++y)
       for (int x = 0; x < result.width; ++x)
         result.radiance[static_cast<std::size_t>(y) * result.width + x] +=
             part.radiance_at(result.direction(x, y)) * fraction;
-    }
     inner = outer;
     width = std::max(width / part_ratio, min_part_width);
   }

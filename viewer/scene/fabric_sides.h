@@ -29,10 +29,9 @@ inline std::uint64_t turned_over_bytes(const FabricHeader& header) {
     if (side.side == Side::front) return;
     for (int k = 0; k < header.levels; ++k) {
       const int texels = level_size(header.width, k) * level_size(header.height, k);
-      for (const LayerKind kind : all_layers) {
+      for (const LayerKind kind : all_layers)
         if (side.has(kind, side.texel_level(k)))
           floats += std::uint64_t{1} * texels * channel_count(kind, side.shape);
-      }
     }
   });
   return floats * sizeof(float);

@@ -33,10 +33,9 @@ void check(const Scene& scene, const ScenePrimitive& primitive, const SceneMater
 /// The charts of a primitive: for every vertex, a representative vertex of its chart.
 std::vector<int> charts_of(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
   DisjointSets sets(vertices);
-  for (std::size_t i = 0; i + 2 < indices.size(); i += 3) {
+  for (std::size_t i = 0; i + 2 < indices.size(); i += 3)
     for (std::size_t k = 1; k < 3; ++k)
       sets.unite(static_cast<int>(indices[i]), static_cast<int>(indices[i + k]));
-  }
   std::vector<int> charts;
   for (int v = 0; v < static_cast<int>(vertices); ++v) charts.push_back(sets.root(v));
   return charts;
@@ -68,11 +67,9 @@ std::vector<V2d> map(const Scene& scene, const ScenePrimitive& primitive, const 
     V2d& chart_low = low[charts[v]];
     chart_low = V2d(std::min(chart_low.x, uvs[v].x), std::min(chart_low.y, uvs[v].y));
   }
-  for (std::size_t v = 0; v < uvs.size(); ++v) {
-    for (int c = 0; c < 2; ++c) {
+  for (std::size_t v = 0; v < uvs.size(); ++v)
+    for (int c = 0; c < 2; ++c)
       if (period[c] > 0) uvs[v][c] -= std::floor(low[charts[v]][c] / period[c]) * period[c];
-    }
-  }
   return uvs;
 }
 
@@ -117,10 +114,9 @@ Placed place(const Scene& scene, const SceneInstance& instance, const V3d& origi
   }
   placed.indices = primitive.indices;
   // Mirroring reverses the winding of triangles (glTF 2.0, section 3.7.4).
-  if (mirrored) {
+  if (mirrored)
     for (std::size_t i = 0; i + 2 < placed.indices.size(); i += 3)
       std::swap(placed.indices[i + 1], placed.indices[i + 2]);
-  }
   return placed;
 }
 
@@ -215,9 +211,8 @@ Surface finish(const ScenePrimitive& primitive, const SceneMaterial& material, c
     }
     surface.vertices.push_back(
         {V3f(placed.position[source]), V3f(placed.normal[source]), tangents.tangents[v], uv, whole});
-    for (std::size_t m = 1; m < uvs.size(); ++m) {
+    for (std::size_t m = 1; m < uvs.size(); ++m)
       if (!uvs[m].empty()) surface.extra_uvs[m - 1].emplace_back(uvs[m][source]);
-    }
     if (!primitive.colors.empty()) surface.colors.push_back(primitive.colors[source]);
   }
   return surface;

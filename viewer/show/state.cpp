@@ -59,9 +59,8 @@ void turn_dragged_light(const V2d& drag, const Camera& camera, ShowState& state)
 bool wear_next_fabric(int count, ShowState& state) {
   if (count < 1) return false;
   const std::vector<int> before = state.worn_fabrics.fabrics;
-  for (int& fabric : state.worn_fabrics.fabrics) {
+  for (int& fabric : state.worn_fabrics.fabrics)
     if (fabric >= 0) fabric = (fabric + 1) % count;
-  }
   return state.worn_fabrics.fabrics != before;
 }
 

@@ -7,7 +7,6 @@
 #include "converter/bake/bake.h"
 #include "tests/converter/bake_cells.h"
 #include "tests/converter/load_cell.h"
-#include "tests/format/files.h"
 #include "tests/require.h"
 
 using namespace selvedge;

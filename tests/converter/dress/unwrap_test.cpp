@@ -31,11 +31,10 @@ struct Surface {
 template <class PrimitiveIndex>
 Surface grid(int columns, int rows, const PrimitiveIndex& place) {
   Surface surface;
-  for (int j = 0; j <= rows; ++j) {
+  for (int j = 0; j <= rows; ++j)
     for (int i = 0; i <= columns; ++i)
       surface.positions.push_back(
           place(static_cast<double>(i % columns) / columns, static_cast<double>(j) / rows));
-  }
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
       const auto a = static_cast<std::uint32_t>(j * (columns + 1) + i);

@@ -53,8 +53,7 @@ TEST_CASE("a vertex whose faces have one colour stays one, and normals are means
   CHECK(mesh.positions.size() == 4);
   const CellMesh split = read_text("split.ply", square_of("uchar", "255 0 0", "0 0 255"));
   REQUIRE(split.positions.size() == 6);
-  for (std::size_t v = 0; v < 6; ++v) {
+  for (std::size_t v = 0; v < 6; ++v)
     for (std::size_t w = 0; w < 4; ++w)
       if (split.positions[v] == mesh.positions[w]) CHECK(split.normals[v] == mesh.normals[w]);
-  }
 }

@@ -40,13 +40,11 @@ TEST_CASE("the distance to a bent yarn is the least over densely sampled copies"
   const ImplicitSurface surface = surface_of(pattern, 0.4);
   std::vector<V3d> skeleton;
   for (int sy = -3; sy <= 3; ++sy) {
-    for (int sx = -2; sx <= 2; ++sx) {
-      for (const BezierSegment& segment : pattern.yarns[0].segments) {
+    for (int sx = -2; sx <= 2; ++sx)
+      for (const BezierSegment& segment : pattern.yarns[0].segments)
         for (int k = 0; k < 200; ++k)
           skeleton.push_back(point_at(segment, k / 200.0) +
                              V3d(sx * pattern.period_mm.x, sy * pattern.period_mm.y, 0));
-      }
-    }
   }
   Random random(3);
   for (int i = 0; i < 300; ++i) {

@@ -66,10 +66,9 @@ TEST_CASE("plies that a file derives from their axis lie where the mesh has them
     REQUIRE(data.curves.size() == pattern.yarns.size());  // none had to be laid as chains
     const StitchPattern plies = laid(pattern);
     std::vector<V3d> points;
-    for (const Yarn& ply : plies.yarns) {
+    for (const Yarn& ply : plies.yarns)
       for (const BezierSegment& segment : ply.segments)
         for (int k = 0; k < 40; ++k) points.push_back(point_at(segment, k / 40.0));
-    }
     double worst = 0;
     for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
       const auto segments = make_segments(curve, nodes, V2f(pattern.period_mm));

@@ -60,8 +60,7 @@ TEST_CASE("between two plates cloth is as thick as they are apart") {
   const RelaxResult relaxed = relax(woven(0.45), options);
   CHECK(relaxed.radius_fraction < 1);
   const double radius = relaxed.pattern.yarns[0].radius_mm;
-  for (const Yarn& yarn : relaxed.pattern.yarns) {
+  for (const Yarn& yarn : relaxed.pattern.yarns)
     for (const BezierSegment& segment : yarn.segments)
       CHECK(std::abs(segment[0].z) <= (2.25 - 1) * radius * 1.001);
-  }
 }

@@ -17,12 +17,11 @@ struct CellPoint {
 inline std::vector<V3f> shade_points(const CellYarn& yarn, const YarnPieces& pieces, const CellView& view,
                                      std::span<const CellPoint> points) {
   std::vector<FrontLamp> lamps;
-  for (const CellLamp& lamp : view.lamps) {
+  for (const CellLamp& lamp : view.lamps)
     if (lamp.direction.z > 0)
       lamps.push_back({.raised_direction = clamp_rise(lamp.direction),
                        .irradiance = lamp.irradiance,
                        .horizon_fade = std::min(1.0F, lamp.direction.z / min_ray_rise)});
-  }
   std::vector<Group> table;
   const std::vector<LightSlot> slots = light_slots(yarn, view);
   fill_station_table(yarn, view, nullptr, table);

@@ -6,7 +6,6 @@
 
 #include "format/fabric/header.h"
 #include "tests/format/fabrics.h"
-#include "tests/format/files.h"
 #include "tests/format/yarn_data.h"
 
 using namespace selvedge;

@@ -77,10 +77,9 @@ TEST_CASE("irregular yarn changes by its irregularity, whole turns about it do n
   }
   CHECK(std::abs(brightness.mean()) < 6 / 141.4);
   CHECK(std::abs(brightness.variance() - 1) < 6 / 141.4);
-  for (const double around : {0.11, 0.52, 0.93}) {
+  for (const double around : {0.11, 0.52, 0.93})
     CHECK(strand_perturbation(strands, around + 3, 0.4).across ==
           doctest::Approx(strand_perturbation(strands, around, 0.4).across));
-  }
 }
 
 TEST_CASE("strands run on where the chain begins again, as others where they shift") {

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 
-#include "format/base/atomic_file.h"
 #include "format/check/gltf.h"
 #include "format/gltf/access.h"
 #include "format/gltf/read_scene.h"

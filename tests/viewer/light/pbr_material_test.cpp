@@ -72,10 +72,9 @@ double furnace(double base, double metallic, double roughness, double view_angle
 TEST_CASE("a mirror's peak, the dark side and Lambert's limit have their closed forms") {
   const V3d up(0, 0, 1);
   // D is 1 / (pi alpha^2) at its peak, the visibility 1/4.
-  for (const double roughness : {1.0, 0.5, 0.2, 0.1}) {
+  for (const double roughness : {1.0, 0.5, 0.2, 0.1})
     CHECK(red_of(0.8, 1, roughness, up, up, up) ==
           doctest::Approx(0.8 / (4 * pi * std::pow(roughness, 4))).epsilon(1e-4));
-  }
   // Light reflected at the surface of a dielectric does not reach its base.
   CHECK(red_of(0.5, 0, 1, up, up, up) == doctest::Approx(0.96 * 0.5 / pi + 0.04 / (4 * pi)).epsilon(1e-5));
   CHECK(red_of(0.5, 0, 0.5, up, up, V3d(0.6, 0, -0.8)) == 0);

@@ -33,12 +33,10 @@ ScenePrimitive folded_sheet(int cells) {
     }
   }
   const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(j * (cells + 1) + i); };
-  for (int j = 0; j < cells; ++j) {
-    for (int i = 0; i < cells; ++i) {
+  for (int j = 0; j < cells; ++j)
+    for (int i = 0; i < cells; ++i)
       p.indices.insert(p.indices.end(),
                        {at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  }
   return p;
 }
 

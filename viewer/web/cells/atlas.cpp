@@ -93,15 +93,13 @@ bool Atlas::evict(std::uint64_t mark) {
       span.tile = 0;
       any = true;
     }
-    for (std::size_t i = shelf.spans.size(); i-- > 1;) {
+    for (std::size_t i = shelf.spans.size(); i-- > 1;)
       if (shelf.spans[i].tile == 0 && shelf.spans[i - 1].tile == 0)
         shelf.spans.erase(shelf.spans.begin() + static_cast<std::ptrdiff_t>(i) - 1);
-    }
   }
-  for (std::size_t i = shelves_.size(); i-- > 1;) {
+  for (std::size_t i = shelves_.size(); i-- > 1;)
     if (shelves_[i].is_free() && shelves_[i - 1].is_free())
       shelves_.erase(shelves_.begin() + static_cast<std::ptrdiff_t>(i) - 1);
-  }
   return any;
 }
 

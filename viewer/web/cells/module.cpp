@@ -523,12 +523,11 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
   garment.smooth_light =
       turned(garment.smooth_light, in.around_axes[0], in.around_axes[1], in.around_axes[2]);
   garment.lights.clear();
-  for (const LightInput& given : std::span(reinterpret_cast<const LightInput*>(&in + 1), lights)) {
+  for (const LightInput& given : std::span(reinterpret_cast<const LightInput*>(&in + 1), lights))
     garment.lights.push_back({.direction = V3d(given.direction),
                               .irradiance = given.irradiance,
                               .kind = static_cast<LightKind>(static_cast<int>(given.kind)),
                               .position = V3d(given.position)});
-  }
   ++page.frame;
   CellLights cell_lights;
   cell_lights.lights = garment.lights;
