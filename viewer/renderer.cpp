@@ -12,7 +12,7 @@
 #include "viewer/hybrid/path.h"
 #include "viewer/light/floor.h"
 #include "viewer/light/picture_textures.h"
-#include "viewer/light/sky.h"
+#include "viewer/light/shadow_maps.h"
 
 namespace selvedge {
 namespace {

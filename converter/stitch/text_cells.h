@@ -1,4 +1,5 @@
-// Texts of stitches, and their cells for those who edit them.
+// Texts of stitches, and their cells for those who edit them. A picture is a knitting chart, as for knitting
+// machines: a pixel is a knit stitch, a colour a yarn.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -25,5 +26,15 @@ std::string stitch_text_in(const std::string& path);
 /// `threading`, `tieup`, and `treadling` or, without treadles, `liftplan`, and `drawdown`, # where the warp
 /// is over; `lines` of sections and entries, by the names that messages give them.
 nlohmann::ordered_json chart_or_draft_json(const std::string& path);
+
+/// Largest picture, pixels each way, and its colours.
+constexpr int max_picture_side = 256;
+constexpr int max_picture_colours = 6;
+/// Stitches that a yarn of a picture may pass before it is caught.
+constexpr int usual_float_stitches = 7;
+
+/// The chart (chart.h) of a PNG: its bottom row is row 1, its most frequent colour the first yarn. Ends
+/// reading (STITCH_INVALID) at pictures that are larger, have more colours, or pixels that are not opaque.
+std::string chart_of_picture(const std::string& bytes, const std::string& file);
 
 }  // namespace selvedge

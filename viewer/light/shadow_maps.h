@@ -1,4 +1,5 @@
-// Draws shadow maps on the CPU.
+// Draws shadow maps on the CPU, and with them the fraction of light from all around that reaches each vertex:
+// folds, sleeves and the inside of a collar keep light from each other.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "format/fabric/smooth_light.h"
 #include "format/picture/image.h"
 #include "viewer/light/shadows.h"
 #include "viewer/scene/materials.h"
@@ -44,5 +46,18 @@ class Occluders {
   std::vector<std::uint32_t> triangles_;
   std::vector<std::optional<Mask>> masks_;  ///< of surfaces
 };
+
+/// Fractions of the light from directions over the sphere that reach the vertices, on the side of the cloth
+/// that faces the direction.
+struct SkyVisibility {
+  std::vector<V3f> directions;
+  std::vector<std::uint8_t> fractions;  ///< [vertex][direction], of 255
+};
+
+/// Draws shadow maps towards the directions. `occluders`: of `mesh`.
+SkyVisibility sky_visibility(const MergedSurfaces& mesh, const Occluders& occluders);
+
+/// Smooth light as each vertex sees it; exact where nothing hides it.
+std::vector<SmoothLight> light_at_vertices(const SkyVisibility& visibility, const SmoothLight& light);
 
 }  // namespace selvedge

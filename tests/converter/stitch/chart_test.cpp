@@ -6,7 +6,7 @@
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/find_cell.h"
 #include "converter/stitch/parameters.h"
-#include "converter/stitch/picture_chart.h"
+#include "converter/stitch/text_cells.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
 #include "format/picture/image.h"

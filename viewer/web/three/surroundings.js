@@ -1,5 +1,5 @@
 // An environment around a scene that hides parts of it from itself: lamps with shadow maps for what is bright, and for the
-// rest what folds, sleeves and collar leave each vertex of the fabrics. The twin of viewer/light/sky.cpp.
+// rest what folds, sleeves and collar leave each vertex of the fabrics. The twin of viewer/light/shadow_maps.cpp.
 //
 //   const surroundings = new Surroundings(scene, picture);  // { width, height, radiance }: environment.js
 //   surroundings.stand(garment);                            // after it has moved, too
