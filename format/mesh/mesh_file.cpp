@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
+
+#include "format/base/guard.h"
 
 namespace selvedge {
 namespace {
@@ -37,35 +40,31 @@ class PlyMesh {
  public:
   PlyMesh(const PlyFile& ply, const std::string& file) : ply_(ply), file_(file) {}
 
-  Result<MeshFile> read() {
-    if (const PlyElement* vertices = ply_.find("vertex"))
-      if (Result<void> ok = read_vertices(*vertices); !ok) return tl::unexpected(ok.error());
-    if (const PlyElement* faces = ply_.find("face"))
-      if (Result<void> ok = read_faces(*faces); !ok) return tl::unexpected(ok.error());
+  MeshFile read() {
+    if (const PlyElement* vertices = ply_.find("vertex")) read_vertices(*vertices);
+    if (const PlyElement* faces = ply_.find("face")) read_faces(*faces);
     return std::move(mesh_);
   }
 
  private:
-  Result<void> read_vertices(const PlyElement& vertices) {
+  void read_vertices(const PlyElement& vertices) {
     const auto positions = vertices.find_all({"x", "y", "z"});
-    if (positions.empty())
-      return fail(Code::file_damaged, file_, "element vertex", "needs the properties x, y and z");
+    if (positions.empty()) refuse("element vertex", "needs the properties x, y and z");
     const auto normals = vertices.find_all({"nx", "ny", "nz"});
     const auto uvs = find_first(vertices, {{"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}});
     for (std::size_t i = 0; i < vertices.count; ++i) {
       const V3d position = vector_at(positions, i);
       const V3f single(position);
       if (!std::isfinite(single.x) || !std::isfinite(single.y) || !std::isfinite(single.z))
-        return fail(Code::mesh_not_finite, file_, fmt::format("vertex {}", i), "is not finite");
+        throw Failure{{Code::mesh_not_finite, file_, fmt::format("vertex {}", i), "is not finite"}};
       mesh_.positions.push_back(position);
       if (!normals.empty()) mesh_.normals.push_back(vector_at(normals, i));
-      if (!uvs.empty() && !add_uv(uvs[0]->values[i], uvs[1]->values[i])) return infinite_uv("vertex", i);
+      if (!uvs.empty()) add_uv(uvs[0]->values[i], uvs[1]->values[i], "vertex", i);
     }
     mesh_.colours = colours_of(vertices);
-    return {};
   }
 
-  Result<void> read_faces(const PlyElement& faces) {
+  void read_faces(const PlyElement& faces) {
     const PlyProperty* indices = faces.find_list({"vertex_indices", "vertex_index"});
     const PlyProperty* uvs = faces.find_list({"texcoord"});
     const bool uvs_of_vertices = !mesh_.uvs.empty();
@@ -78,13 +77,13 @@ class PlyMesh {
       for (; first < end; ++first, first_uv += 2 * (own_uvs ? 1 : 0)) {
         const double index = indices->values[first];
         if (!(index >= 0 && index < static_cast<double>(mesh_.positions.size())))
-          return fail(Code::file_damaged, file_, fmt::format("face {}", f), "vertex index out of range");
+          refuse(fmt::format("face {}", f), "vertex index out of range");
         MeshCorner corner{static_cast<int>(index)};
         if (!mesh_.normals.empty()) corner.normal = corner.position;
         if (uvs_of_vertices) corner.uv = corner.position;
         if (own_uvs) {
           corner.uv = static_cast<int>(mesh_.uvs.size());
-          if (!add_uv(uvs->values[first_uv], uvs->values[first_uv + 1])) return infinite_uv("face", f);
+          add_uv(uvs->values[first_uv], uvs->values[first_uv + 1], "face", f);
         }
         mesh_.corners.push_back(corner);
       }
@@ -92,17 +91,16 @@ class PlyMesh {
       mesh_.face_ends.push_back(mesh_.corners.size());
     }
     mesh_.face_colours = colours_of(faces);
-    return {};
   }
 
-  bool add_uv(double u, double v) {
+  void add_uv(double u, double v, const char* element, std::size_t item) {
     const V2f& uv = mesh_.uvs.emplace_back(static_cast<float>(u), static_cast<float>(1 - v));
-    return std::isfinite(uv.x) && std::isfinite(uv.y);
+    if (!std::isfinite(uv.x) || !std::isfinite(uv.y))
+      refuse(fmt::format("{} {}", element, item), "texture coordinates are not finite");
   }
 
-  tl::unexpected<Error> infinite_uv(const char* element, std::size_t item) const {
-    return fail(Code::file_damaged, file_, fmt::format("{} {}", element, item),
-                "texture coordinates are not finite");
+  [[noreturn]] void refuse(std::string place, std::string why) const {
+    throw Failure{{Code::file_damaged, file_, std::move(place), std::move(why)}};
   }
 
   const PlyFile& ply_;
@@ -113,7 +111,7 @@ class PlyMesh {
 }  // namespace
 
 Result<MeshFile> ply_to_mesh(const PlyFile& ply, const std::string& file) {
-  return PlyMesh(ply, file).read();
+  return catch_failure([&] { return PlyMesh(ply, file).read(); });
 }
 
 }  // namespace selvedge

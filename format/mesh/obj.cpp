@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "format/base/guard.h"
 #include "format/base/option_text.h"
 #include "format/mesh/mesh_file.h"
 
@@ -52,9 +53,9 @@ std::string plain_text(std::string_view text) {
   return plain + pending_ends;
 }
 
-/// Calls use(words, number) for each line that is not blank, where `number` counts from 1, until an error.
+/// Calls use(words, number) for each line that is not blank, where `number` counts from 1.
 template <class Use>
-Result<void> for_each_line(std::string_view given, const Use& use) {
+void for_each_line(std::string_view given, const Use& use) {
   const std::string plain = plain_text(given);
   std::string_view text = plain;
   Words words;
@@ -62,10 +63,8 @@ Result<void> for_each_line(std::string_view given, const Use& use) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     split_words(text.substr(0, end), words);
     text.remove_prefix(std::min(end + 1, text.size()));
-    if (words.empty()) continue;
-    if (Result<void> ok = use(words, number); !ok) return ok;
+    if (!words.empty()) use(words, number);
   }
-  return {};
 }
 
 /// The line from a word on.
@@ -87,58 +86,54 @@ class ObjReader {
  public:
   explicit ObjReader(const std::string& file) : file_(file) {}
 
-  Result<void> read_line(const Words& words, int number) {
+  void read_line(const Words& words, int number) {
     line_ = number;
-    if (words[0] == "v") return read_vertex(words);
-    if (words[0] == "vt") return read_uv(words);
-    if (words[0] == "f") return read_face(words);
+    if (words[0] == "v") read_vertex(words);
+    if (words[0] == "vt") read_uv(words);
+    if (words[0] == "f") read_face(words);
     if (words[0] == "vn") mesh.normals.push_back(numbers_at(words, 1).value_or(V3d(0, 0, 0)));
     if (words[0] == "usemtl") use_material(rest_of(words));
     if (words[0] == "mtllib") mesh.material_files.push_back(rest_of(words));
-    return {};
   }
 
   MeshFile mesh;
 
  private:
-  Result<void> read_vertex(const Words& words) {
+  void read_vertex(const Words& words) {
     // x y z, with a weight, a colour or both.
-    if (words.size() == 6) return damaged("a vertex with 5 numbers");
+    if (words.size() == 6) refuse("a vertex with 5 numbers");
     const std::optional<V3d> position = numbers_at(words, 1);
-    if (!position) return damaged("a vertex needs three numbers");
+    if (!position) refuse("a vertex needs three numbers");
     const V3f single(*position);
     if (!std::isfinite(single.x) || !std::isfinite(single.y) || !std::isfinite(single.z))
-      return fail(Code::mesh_not_finite, file_, place(), "a vertex is NaN, infinite or beyond a float");
+      refuse("a vertex is NaN, infinite or beyond a float", Code::mesh_not_finite);
     mesh.positions.push_back(*position + V3d(0, 0, 0));  // -0 and 0 become the same bits
     std::vector<V3f>& colours = mesh.colours.values;
     const std::optional<V3d> colour = numbers_at(words, words.size() == 8 ? 5 : 4);
     if (colour || !colours.empty()) colours.resize(mesh.positions.size(), V3f(-1));
     if (colour) colours.back() = V3f(*colour);
-    return {};
   }
 
-  Result<void> read_uv(const Words& words) {
+  void read_uv(const Words& words) {
     V2d uv(0, 0);
     for (std::size_t i = 1; i < std::min<std::size_t>(words.size(), 3); ++i) {
       double& value = uv[static_cast<int>(i) - 1];
       if (!parse_number(words[i], value) || !std::isfinite(static_cast<float>(value)))
-        return damaged("texture coordinates that are not finite numbers");
+        refuse("texture coordinates that are not finite numbers");
     }
     mesh.uvs.emplace_back(static_cast<float>(uv.x), static_cast<float>(1 - uv.y));
-    return {};
   }
 
-  Result<void> read_face(const Words& words) {
-    if (words.size() < 4) return damaged("a face needs three corners");
+  void read_face(const Words& words) {
+    if (words.size() < 4) refuse("a face needs three corners");
     for (std::size_t i = 1; i < words.size(); ++i) {
       const std::optional<MeshCorner> corner = corner_of(words[i]);
-      if (!corner) return damaged(fmt::format("\"{}\" names no vertex before it", words[i]));
+      if (!corner) refuse(fmt::format("\"{}\" names no vertex before it", words[i]));
       mesh.corners.push_back(*corner);
     }
     if (mesh.materials.empty()) use_material("");
     mesh.face_ends.push_back(mesh.corners.size());
     mesh.face_materials.push_back(material_);
-    return {};
   }
 
   /// vertex, vertex/texture, vertex//normal or vertex/texture/normal.
@@ -171,10 +166,8 @@ class ObjReader {
     material_ = entry->second;
   }
 
-  std::string place() const { return fmt::format("line {}", line_); }
-
-  tl::unexpected<Error> damaged(std::string why) const {
-    return fail(Code::file_damaged, file_, place(), std::move(why));
+  [[noreturn]] void refuse(std::string why, Code code = Code::file_damaged) const {
+    throw Failure{{code, file_, fmt::format("line {}", line_), std::move(why)}};
   }
 
   const std::string& file_;
@@ -201,12 +194,6 @@ TextureMap picture_of(const Words& words) {
   return map;
 }
 
-/// MTL has heights alone, but Blender and others name normal maps there.
-bool is_normal_map(const std::string& key, const Words& words) {
-  return (key == "map_bump" || key == "bump") &&
-         lower_case(std::string(words.back())).find("normal") != std::string::npos;
-}
-
 }  // namespace
 
 bool parse_number(std::string_view word, double& value) {
@@ -218,18 +205,22 @@ bool parse_number(std::string_view word, double& value) {
 }
 
 Result<MeshFile> read_obj(std::string_view text, const std::string& file) {
-  ObjReader reader(file);
-  const auto read_line = [&](const Words& words, int number) { return reader.read_line(words, number); };
-  if (Result<void> ok = for_each_line(text, read_line); !ok) return tl::unexpected(ok.error());
-  return std::move(reader.mesh);
+  return catch_failure([&] {
+    ObjReader reader(file);
+    for_each_line(text, [&](const Words& words, int number) { reader.read_line(words, number); });
+    return std::move(reader.mesh);
+  });
 }
 
 void read_mtl(std::string_view text, std::map<std::string, MtlMaterial>& materials) {
   MtlMaterial* material = nullptr;
-  (void)for_each_line(text, [&](const Words& words, int) -> Result<void> {
+  for_each_line(text, [&](const Words& words, int) {
     const std::string key = lower_case(std::string(words[0]));
     if (key == "newmtl") material = &(materials[rest_of(words)] = MtlMaterial());
-    if (material == nullptr) return {};
+    if (material == nullptr) return;
+    // MTL has heights alone there, but Blender and others name normal maps.
+    const bool is_normal_map = (key == "map_bump" || key == "bump") &&
+                               lower_case(std::string(words.back())).find("normal") != std::string::npos;
     if (key == "kd" || key == "ke") {
       double grey = 0;
       std::optional<V3d> colour = numbers_at(words, 1);
@@ -240,12 +231,11 @@ void read_mtl(std::string_view text, std::map<std::string, MtlMaterial>& materia
       material->diffuse_map = picture_of(words);
     } else if (key == "map_ke") {
       material->emission_map = picture_of(words);
-    } else if (key == "norm" || is_normal_map(key, words)) {
+    } else if (key == "norm" || is_normal_map) {
       material->normal_map = picture_of(words);
     } else if (key == "map_d") {
       material->mask_file = picture_of(words).file;
     }
-    return {};
   });
   for (auto& [name, read] : materials)
     if (!read.diffuse_map.file.empty() && read.diffuse == V3d(0, 0, 0)) read.diffuse.reset();

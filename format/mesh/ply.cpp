@@ -7,6 +7,7 @@
 #include <map>
 #include <sstream>
 
+#include "format/base/guard.h"
 #include "format/mesh/mesh_file.h"
 
 namespace selvedge {
@@ -31,70 +32,69 @@ std::optional<PlyType> type_named(const std::string& name) {
   return found == types.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// Reads one line of the header; returns the fault, or nothing.
-std::string read_header_line(const std::string& line, PlyFile& ply, std::optional<PlyForm>& form) {
+/// Reads one line of the header; `refuse` throws.
+template <class Refuse>
+void read_header_line(const std::string& line, const Refuse& refuse, PlyFile& ply,
+                      std::optional<PlyForm>& form) {
   std::istringstream words(line);
   std::string keyword;
   words >> keyword;
   if (keyword == "comment") ply.comments.push_back(line.substr(line.find(keyword) + keyword.size()));
-  if (keyword.empty() || keyword == "comment" || keyword == "obj_info") return "";
+  if (keyword.empty() || keyword == "comment" || keyword == "obj_info") return;
   if (keyword == "format") {
     std::string name;
     words >> name;
     if (name == "ascii") form = PlyForm::ascii;
     if (name == "binary_little_endian") form = PlyForm::little;
     if (name == "binary_big_endian") form = PlyForm::big;
-    return form ? "" : "unknown format";
-  }
-  if (keyword == "element") {
+    if (!form) refuse("unknown format");
+  } else if (keyword == "element") {
     PlyElement element;
     words >> element.name >> element.count;
-    if (words.fail()) return "an element needs a name and a count";
-    if (ply.find(element.name) != nullptr) return "duplicate element";
-    if (ply.elements.size() == max_elements) return "too many elements";
+    if (words.fail()) refuse("an element needs a name and a count");
+    if (ply.find(element.name) != nullptr) refuse("duplicate element");
+    if (ply.elements.size() == max_elements) refuse("too many elements");
     ply.elements.push_back(element);
-    return "";
+  } else if (keyword == "property") {
+    if (ply.elements.empty()) refuse("a property before any element");
+    PlyProperty property;
+    std::string type;
+    words >> type;
+    if (type == "list") {
+      std::string length;
+      words >> length >> type;
+      property.length_type = type_named(length);
+      if (!property.length_type || property.length_type->kind == 'f')
+        refuse("unknown type of a list's length");
+    }
+    words >> property.name;
+    const auto known = type_named(type);
+    if (!known || property.name.empty()) refuse("a property needs a known type and a name");
+    property.type = *known;
+    ply.elements.back().properties.push_back(property);
+  } else {
+    refuse("unknown keyword");
   }
-  if (keyword != "property") return "unknown keyword";
-  if (ply.elements.empty()) return "a property before any element";
-  PlyProperty property;
-  std::string type;
-  words >> type;
-  if (type == "list") {
-    std::string length;
-    words >> length >> type;
-    property.length_type = type_named(length);
-    if (!property.length_type || property.length_type->kind == 'f') return "unknown type of a list's length";
-  }
-  words >> property.name;
-  const auto known = type_named(type);
-  if (!known || property.name.empty()) return "a property needs a known type and a name";
-  property.type = *known;
-  ply.elements.back().properties.push_back(property);
-  return "";
 }
 
-Result<PlyHeader> read_header(std::string_view bytes, const std::string& file, PlyFile& ply) {
+PlyHeader read_header(std::string_view bytes, const std::string& file, PlyFile& ply) {
   std::size_t size = 0;
   std::optional<PlyForm> form;
   for (int number = 1;; ++number) {
-    const auto refuse = [&](std::string why) {
-      return fail(Code::file_damaged, file, fmt::format("line {}", number), std::move(why));
+    const auto refuse = [&](const char* why) {
+      throw Failure{{Code::file_damaged, file, fmt::format("line {}", number), why}};
     };
     const std::size_t end = bytes.find('\n', size);
-    if (end == std::string_view::npos) return refuse("the header has no end");
+    if (end == std::string_view::npos) refuse("the header has no end");
     std::string line(bytes.substr(size, end - size));
     if (line.ends_with('\r')) line.pop_back();
     size = end + 1;
-    if (number == 1) {
-      if (line != "ply") return refuse("is not a PLY file");
-      continue;
-    }
+    if (number == 1 && line != "ply") refuse("is not a PLY file");
     if (line == "end_header") break;
-    if (std::string why = read_header_line(line, ply, form); !why.empty()) return refuse(std::move(why));
+    if (number > 1) read_header_line(line, refuse, ply, form);
   }
-  if (!form) return fail(Code::file_damaged, file, "", "the header names no format");
-  return PlyHeader{*form, size};
+  if (!form) throw Failure{{Code::file_damaged, file, "", "the header names no format"}};
+  return {*form, size};
 }
 
 /// Reads the numbers of the body in order.
@@ -192,7 +192,7 @@ const PlyElement* PlyFile::find(std::string_view name) const {
 
 Result<PlyFile> read_ply(std::string_view bytes, const std::string& file) {
   PlyFile ply;
-  const Result<PlyHeader> header = read_header(bytes, file, ply);
+  const auto header = catch_failure([&] { return read_header(bytes, file, ply); });
   if (!header) return tl::unexpected(header.error());
   PlyBody body(bytes.substr(header->size), header->form);
   for (PlyElement& element : ply.elements) {
