@@ -8,16 +8,22 @@
 namespace selvedge {
 namespace {
 
-/// Three numbers and an intensity; `add` returns whether they are a valid light.
-void add_light_list(Options& options, const char* name, const std::string& help,
-                    std::function<bool(const V3d&, float)> add) {
-  options.list(name, "X,Y,Z[,I]", help, [name, add = std::move(add)](const std::vector<std::string>& texts) {
+/// Three numbers and an intensity for each light.
+void add_light_list(Options& options, const char* name, const std::string& help, LightKind kind,
+                    std::vector<Light>& lights) {
+  options.list(name, "X,Y,Z[,I]", help, [name, kind, &lights](const std::vector<std::string>& texts) {
     for (const std::string& text : texts) {
       const auto n = parse_number_list(name, text, ',', 3, 4, "0,0.6,0.8 or 0,0.6,0.8,2");
+      const V3d place(n[0], n[1], n[2]);
+      const std::optional<V3d> direction = kind == LightKind::directional ? unit_vector(place) : place;
       const double intensity = n.size() > 3 ? n[3] : 1;
-      if (!(intensity >= 0 && intensity <= max_intensity) ||
-          !add(V3d(n[0], n[1], n[2]), static_cast<float>(intensity)))
+      if (!direction || !(intensity >= 0 && intensity <= max_intensity))
         refuse(name, fmt::format("\"{}\" has no direction or no intensity in 0 to 1e12", text));
+      Light light;
+      light.kind = kind;
+      (kind == LightKind::directional ? light.direction : light.position) = *direction;
+      light.irradiance = V3f(static_cast<float>(intensity));
+      lights.push_back(light);
     }
   });
 }
@@ -60,29 +66,14 @@ std::optional<V3d> unit_vector(const V3d& v) {
 }
 
 void add_lights(Options& options, std::vector<Light>& lights, const std::string& help) {
-  add_light_list(options, "--light", help, [&lights](const V3d& direction, float irradiance) {
-    const std::optional<V3d> unit = unit_vector(direction);
-    if (!unit) return false;
-    Light light;
-    light.direction = *unit;
-    light.irradiance = V3f(irradiance);
-    lights.push_back(light);
-    return true;
-  });
+  add_light_list(options, "--light", help, LightKind::directional, lights);
 }
 
 void add_point_lights(Options& options, std::vector<Light>& lights) {
   add_light_list(options, "--point-light",
                  "Place of a light in metres, in the scene's axes, and its intensity at a distance of 1 m "
                  "(default 1); may be repeated",
-                 [&lights](const V3d& position, float irradiance) {
-                   Light light;
-                   light.kind = LightKind::point;
-                   light.position = position;
-                   light.irradiance = V3f(irradiance);
-                   lights.push_back(light);
-                   return true;
-                 });
+                 LightKind::point, lights);
 }
 
 void add_fps(Options& options, double& fps) {

@@ -57,8 +57,6 @@ struct Look {
   DisplayOptions display;
   int shadow_map_size = 0;
 
-  /// Whether anything comes from all around.
-  bool has_smooth_light() const { return light.smooth_light != SmoothLight(); }
   /// All lamps, world axes.
   std::vector<Light> all_lights(const Camera& camera) const;
 };

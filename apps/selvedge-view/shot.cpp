@@ -172,7 +172,7 @@ Shot read_shot(const RenderCommand& command) {
   if (shot.look.environment)
     memory -= std::min(memory, shot.look.environment->radiance.size() * environment_bytes_per_pixel);
   shot.options.shadow_map_size = shot.look.shadow_map_size;
-  if (shot.look.has_smooth_light()) shot.options.smooth_light = shot.look.light.smooth_light;
+  if (shot.look.light.smooth_light != SmoothLight()) shot.options.smooth_light = shot.look.light.smooth_light;
   shot.options.mirrored_ambient_irradiance = static_cast<float>(command.picture.ambient_irradiance);
   shot.options.environment = shot.look.environment;
   if (command.picture.has_backdrop) shot.options.backdrop_roughness = command.picture.backdrop_roughness;

@@ -104,7 +104,6 @@ float Window::scale() const {
 }
 
 bool Window::wants_to_close() const { return glfwWindowShouldClose(handle_) != 0; }
-void Window::close() { glfwSetWindowShouldClose(handle_, GLFW_TRUE); }
 
 bool Window::wait_for_events(double seconds) {
   if (seconds <= 0) {

@@ -36,7 +36,6 @@ class Window {
   /// How much larger text must be than on a screen of 1 x, in the units of mouse and panel.
   float scale() const;
   bool wants_to_close() const;
-  void close();
   /// Waits for events, at most `seconds`, and handles them. Returns whether there were any.
   bool wait_for_events(double seconds);
   /// Ends that wait; from any thread.

@@ -46,22 +46,17 @@ void declare(Options& options, TruthCommand& command) {
   });
 }
 
-TruthSwatch trace(const TruthCommand& command) {
+Result<int> run(const TruthCommand& command) {
   const auto cell = value_or_throw(find_cell(command.input, command.cell));
   TerminalProgress progress("truth", command.common.quiet);
   SwatchShot shot = swatch_shot(command.place, cell.mesh.period, command.size.x, command.size.y);
   if (!command.lights.empty()) shot.lights = command.lights;
-  TruthSwatch traced =
+  const TruthSwatch traced =
       value_or_throw(trace_swatch(cell.mesh, command.input, shot, command.trace, progress.callback()));
   report_remarks(command.common, command.input, cell.remarks);
   value_or_throw(command.output.ends_with(".exr")
                      ? write_exr(command.output, to_linear_image(traced.frame))
                      : write_png(command.output, to_display_image(traced.frame, default_display())));
-  return traced;
-}
-
-Result<int> run(const TruthCommand& command) {
-  const TruthSwatch traced = trace(command);
   const Json json = {{"input", command.input},
                      {"output", command.output},
                      {"bytes", file_size_or_zero(command.output)},

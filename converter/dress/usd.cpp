@@ -126,11 +126,6 @@ std::string list(const std::vector<T>& values) {
   return fmt::format("[{}]", fmt::join(values, ", "));
 }
 
-std::string matrix_of(const M44d& m) {
-  const auto row = [&](int i) { return fmt::format("({}, {}, {}, {})", m[i][0], m[i][1], m[i][2], m[i][3]); };
-  return fmt::format("( {}, {}, {}, {} )", row(0), row(1), row(2), row(3));
-}
-
 std::string extent_of(const std::vector<V3f>& positions) {
   Imath::Box3f box;
   for (const V3f& p : positions) box.extendBy(p);
@@ -271,10 +266,13 @@ class MaterialPrim {
   int transforms_ = 0;
 };
 
-std::string transform_of(const M44d& world) {
-  if (world == M44d()) return {};
-  return "        matrix4d xformOp:transform = " + matrix_of(world) +
-         "\n        uniform token[] xformOpOrder = [\"xformOp:transform\"]\n";
+std::string transform_of(const M44d& m) {
+  if (m == M44d()) return {};
+  const auto row = [&](int i) { return fmt::format("({}, {}, {}, {})", m[i][0], m[i][1], m[i][2], m[i][3]); };
+  return fmt::format(
+      "        matrix4d xformOp:transform = ( {}, {}, {}, {} )\n"
+      "        uniform token[] xformOpOrder = [\"xformOp:transform\"]\n",
+      row(0), row(1), row(2), row(3));
 }
 
 /// One instance of a primitive. `binding` is the path of its material, or empty.

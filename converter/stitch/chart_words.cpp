@@ -118,11 +118,6 @@ void name_cable(Tokens& tokens, std::size_t begin) {
                tokens.begin() + static_cast<std::ptrdiff_t>(i));
 }
 
-void name_cables(Tokens& tokens) {
-  for (std::size_t i = 0; i < tokens.size(); ++i)
-    if (tokens[i].word == "sl") name_cable(tokens, i);
-}
-
 }  // namespace
 
 std::string_view advice_for(const std::string& word) {
@@ -140,7 +135,6 @@ std::string_view advice_for(const std::string& word) {
   return found != advices.end() ? found->second : std::string_view();
 }
 
-/// "3" or "3rd".
 std::optional<int> number_of(const Token& token) {
   static const Words endings{"", "st", "nd", "rd", "th"};
   const std::string_view word = token.word;
@@ -168,7 +162,8 @@ Tokens tokens_of(const TextLine& line) {
       tokens.push_back({mark < 4 ? std::string(1, ",,()"[mark]) : text, text, 0, line.number});
     }
   }
-  name_cables(tokens);
+  for (std::size_t i = 0; i < tokens.size(); ++i)
+    if (tokens[i].word == "sl") name_cable(tokens, i);
   return tokens;
 }
 
