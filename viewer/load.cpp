@@ -28,9 +28,9 @@ Result<Fabric> load_fabric(FabricReader& reader, MemoryBudget& memory) {
 
 Result<LoadedScene> load_scene(const std::string& path, const SceneChoice& choice,
                                const SceneLimits& limits) {
-  const Result<GltfDocument> document = load_gltf(path, limits.document);
-  if (!document) return tl::unexpected(document.error());
-  return load_scene(*document, choice, limits);
+  return load_gltf(path, limits.document).and_then([&](const GltfDocument& document) {
+    return load_scene(document, choice, limits);
+  });
 }
 
 Result<Motion> Motion::load(const std::string& path, const std::string& clip, const SceneChoice& choice,
@@ -69,10 +69,9 @@ Result<void> Motion::choose(const std::string& wanted) {
   document_.json["nodes"] = nodes_;
   document_.json["animations"] = animations_;
   const std::uint64_t memory = limits_.document.memory;
-  Result<Clip> read = Clip::read(document_, wanted, memory - std::min(memory, document_.memory_used));
-  if (!read) return tl::unexpected(read.error());
-  clip_ = std::move(*read);
-  return {};
+  return Clip::read(document_, wanted, memory - std::min(memory, document_.memory_used)).map([&](Clip read) {
+    clip_ = std::move(read);
+  });
 }
 
 Result<LoadedScene> Motion::load_scene() {
@@ -88,13 +87,12 @@ Result<void> Motion::pose(double time, Scene& scene) {
   clip_.pose(time, document_);
   SceneLimits plain = limits_;
   plain.image_bytes = 0;  // the scene has its pictures
-  Result<Scene> posed = read_scene(document_, plain, choice_);
-  if (!posed) return tl::unexpected(posed.error());
-  scene.primitives = std::move(posed->primitives);
-  scene.instances = std::move(posed->instances);
-  scene.lights = std::move(posed->lights);
-  scene.cameras = std::move(posed->cameras);
-  return {};
+  return read_scene(document_, plain, choice_).map([&](Scene posed) {
+    scene.primitives = std::move(posed.primitives);
+    scene.instances = std::move(posed.instances);
+    scene.lights = std::move(posed.lights);
+    scene.cameras = std::move(posed.cameras);
+  });
 }
 
 Result<LoadedScene> load_scene(const GltfDocument& document, const SceneChoice& choice,

@@ -106,26 +106,24 @@ class Exporter {
                fmt::format("the fabric {} has texels alone, no yarn", source.name));
       if (material.fabric->tex_coord > 1)
         refuse(Code::garment_no_uvs, place, "only the UV sets 0 and 1 are read");
-      cloths_.push_back({m,
-                         material.name.empty() ? fmt::format("material {}", m) : material.name,
-                         material.garment_textures.tint,
-                         std::move(fabric),
-                         cloth_of(scene, m),
-                         {},
-                         {},
-                         {}});
-      cloths_.back().origin = move_to_origin(cloths_.back().cloth);
-      if (cloths_.back().cloth.triangles.empty())
+      WornCloth& worn = cloths_.emplace_back();
+      worn.material = m;
+      worn.name = material.name.empty() ? fmt::format("material {}", m) : material.name;
+      worn.tint = material.garment_textures.tint;
+      worn.fabric = std::move(fabric);
+      worn.cloth = cloth_of(scene, m);
+      worn.origin = move_to_origin(worn.cloth);
+      if (worn.cloth.triangles.empty())
         refuse(Code::garment_no_uvs, place, "its texture coordinates cover no area in the scene");
       for (const auto& [texture, what] :
            {std::pair(&material.garment_textures.mask, "mask"),
             std::pair(&material.garment_textures.normal, "normal texture"),
             std::pair(&material.garment_textures.tint_texture, "texture of the tint")})
         if (texture->image >= 0)
-          report_.warnings.push_back(fmt::format("{}: the {} is left out", cloths_.back().name, what));
+          report_.warnings.push_back(fmt::format("{}: the {} is left out", worn.name, what));
       if (std::ranges::any_of(scene.primitives,
                               [&](const ScenePrimitive& p) { return p.material == m && !p.colors.empty(); }))
-        report_.warnings.push_back(cloths_.back().name + ": the vertex colours are left out");
+        report_.warnings.push_back(worn.name + ": the vertex colours are left out");
     }
     if (cloths_.empty()) refuse(Code::material_missing, "/materials", "no surface wears a fabric");
   }
@@ -185,16 +183,13 @@ class Exporter {
     const LaidCloth laid =
         place_repeats(worn.cloth, worn.cells, worn.yarns(), frame, meshes, worn.detail, options_.region);
     constexpr double degrees = 180 / std::numbers::pi;
-    ExportedYarn yarn{worn.material,
-                      worn.name,
-                      {},
-                      0,
-                      0,
-                      0,
-                      laid.max_gap_radii,
-                      laid.max_overlap_radii,
-                      laid.max_turn * degrees,
-                      laid.max_shear * degrees};
+    ExportedYarn yarn{.material = worn.material,
+                      .name = worn.name,
+                      .triangles_per_repeat = {},
+                      .max_gap_radii = laid.max_gap_radii,
+                      .max_overlap_radii = laid.max_overlap_radii,
+                      .max_turn_degrees = laid.max_turn * degrees,
+                      .max_shear_degrees = laid.max_shear * degrees};
     for (std::size_t d = 0; d < meshes.size(); ++d) {
       const PlacedRepeats& placed = laid.repeats[d];
       const std::vector<int> materials = add_materials(worn, meshes[d], d == 0);

@@ -216,16 +216,12 @@ Result<Fabric> FabricReader::read() {
 }
 
 Result<Fabric> read_fabric(const std::string& path, const FabricLimits& limits) {
-  auto reader = FabricReader::open(path, limits);
-  if (!reader) return tl::unexpected(reader.error());
-  return reader->read();
+  return FabricReader::open(path, limits).and_then([](FabricReader reader) { return reader.read(); });
 }
 
 Result<Fabric> read_fabric(std::span<const std::uint8_t> bytes, const std::string& name,
                            const FabricLimits& limits) {
-  auto reader = FabricReader::open(bytes, name, limits);
-  if (!reader) return tl::unexpected(reader.error());
-  return reader->read();
+  return FabricReader::open(bytes, name, limits).and_then([](FabricReader reader) { return reader.read(); });
 }
 
 }  // namespace selvedge

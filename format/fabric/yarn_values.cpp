@@ -11,44 +11,17 @@ namespace selvedge {
 namespace {
 
 std::array<float, yarn_field_count> fields_of(const YarnCurve& c) {
+  const auto floats = [](auto... values) {
+    return std::array<float, yarn_field_count>{static_cast<float>(values)...};
+  };
   const YarnPlies& p = c.plies;
   const YarnStrands& s = c.strands;
-  return {static_cast<float>(c.nodes),
-          static_cast<float>(c.stations),
-          static_cast<float>(c.repeat_offset.x),
-          static_cast<float>(c.repeat_offset.y),
-          c.radius,
-          c.albedo.x,
-          c.albedo.y,
-          c.albedo.z,
-          c.gloss.weight,
-          c.gloss.roughness,
-          c.fibre_slope,
-          static_cast<float>(p.count),
-          static_cast<float>(p.divisions),
-          static_cast<float>(p.shift),
-          p.phase,
-          p.outward_gain.x,
-          p.outward_gain.y,
-          p.outward_gain.z,
-          static_cast<float>(s.count),
-          static_cast<float>(s.noise_pieces),
-          static_cast<float>(s.shift),
-          static_cast<float>(s.seed),
-          s.irregularity,
-          static_cast<float>(s.swells),
-          c.flattening,
-          static_cast<float>(c.hairs.count),
-          c.hairs.mean_length,
-          c.hairs.loop_fraction,
-          c.hairs.radius,
-          c.hairs.opacity,
-          c.squeezes.empty() ? 0.0F : 1.0F,
-          s.contrast,
-          s.row_variation,
-          static_cast<float>(p.sides),
-          c.gloss.lustre,
-          s.marl};
+  return floats(c.nodes, c.stations, c.repeat_offset.x, c.repeat_offset.y, c.radius, c.albedo.x, c.albedo.y,
+                c.albedo.z, c.gloss.weight, c.gloss.roughness, c.fibre_slope, p.count, p.divisions, p.shift,
+                p.phase, p.outward_gain.x, p.outward_gain.y, p.outward_gain.z, s.count, s.noise_pieces,
+                s.shift, s.seed, s.irregularity, s.swells, c.flattening, c.hairs.count, c.hairs.mean_length,
+                c.hairs.loop_fraction, c.hairs.radius, c.hairs.opacity, c.squeezes.empty() ? 0 : 1,
+                s.contrast, s.row_variation, p.sides, c.gloss.lustre, s.marl);
 }
 
 /// A whole number that a float holds; min - 1 for any other value.
@@ -198,28 +171,22 @@ Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<cons
     const auto value = [&](int field) {
       return field < counts.values_per_curve ? curves[field * counts.curves + c] : plain[field];
     };
+    const auto number = [&](int field) { return whole(value(field), -many, many); };
+    const auto count = [&](int field) { return whole(value(field), 0, many); };
     YarnCurve curve;
-    curve.nodes = whole(value(0), 0, many);
-    curve.stations = whole(value(1), 0, many);
+    curve.nodes = count(0);
+    curve.stations = count(1);
     curve.repeat_offset = {whole(value(2), -1024, 1024), whole(value(3), -1024, 1024)};
     curve.radius = value(4);
     curve.albedo = {value(5), value(6), value(7)};
     curve.gloss = {value(8), value(9), value(34)};
     curve.fibre_slope = value(10);
-    curve.plies = {whole(value(11), 0, many),         whole(value(12), 0, many),
-                   whole(value(13), -many, many),     value(14),
-                   {value(15), value(16), value(17)}, whole(value(33), 0, 1)};
-    curve.strands = {whole(value(18), -many, many),
-                     whole(value(19), 0, many),
-                     whole(value(20), -many, many),
-                     whole(value(21), 0, many),
-                     value(22),
-                     whole(value(23), 0, many),
-                     value(31),
-                     value(32),
-                     value(35)};
+    const V3f outward_gain(value(15), value(16), value(17));
+    curve.plies = {count(11), count(12), number(13), value(14), outward_gain, whole(value(33), 0, 1)};
+    curve.strands = {number(18), count(19), number(20), count(21), value(22),
+                     count(23),  value(31), value(32),  value(35)};
     curve.flattening = value(24);
-    curve.hairs = {whole(value(25), -many, many), value(26), value(27), value(28), value(29)};
+    curve.hairs = {number(25), value(26), value(27), value(28), value(29)};
     squeezes.push_back(value(30) == 0 ? 0 : value(30) == 1 ? curve.nodes : 1);
     data.curves.push_back(std::move(curve));
   }
