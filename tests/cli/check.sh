@@ -4,7 +4,6 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 test_check_tells_good_files_from_bad_ones() {
   make_plane_fabric
-  write_quad quad.gltf
   selvedge dress quad.gltf plane.fabric.exr -o quad.glb --all --quiet
   exits 0 selvedge check plane.fabric.exr plane.samples.exr quad.gltf quad.glb --json
   holds "r.good && r.files.map(f => f.kind).join() === 'fabric,samples,gltf,gltf' && r.files.every(f => f.good)"
@@ -42,7 +41,6 @@ test_check_lists_every_issue_with_its_severity() {
 
 test_check_counts_warnings_and_can_take_them_for_errors() {
   make_plane_fabric
-  write_quad quad.gltf
   selvedge dress quad.gltf plane.fabric.exr -o dressed.glb --material cloth --quiet
   exits 0 selvedge check dressed.glb --strict
   selvedge dress quad.gltf plane.fabric.exr -o bare.glb --material cloth --no-fallback --quiet

@@ -34,7 +34,6 @@ test_one_texel_one_direction_and_one_sample_make_a_valid_fabric() {
 
 test_garments_without_anything_to_dress_are_refused_in_a_line() {
   make_plane_fabric
-  write_quad quad.gltf
   # What is missing | code | what dress says.
   while IFS='|' read -r statement code text; do
     edited quad.gltf empty.gltf "$statement"

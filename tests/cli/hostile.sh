@@ -123,7 +123,6 @@ test_what_a_picture_declares_is_reckoned_before_it_is_taken() {
 
 test_environments_and_measured_pictures_are_reckoned_within_max_memory() {
   make_plane_fabric
-  write_quad quad.gltf
   # 56 MB as environments, 96 MB while they are averaged.
   write_pictures 'save("sky.png", png(head(2000, 1000), zeros(2000, 1000), end)), table("sky.png");'
   environment() { selvedge-view "$1" quad.gltf -o "$2" --environment sky.png --max-memory "$3"; }

@@ -65,11 +65,24 @@ cut_short() { head -c $(($(stat -c %s "$1") * 3 / 4)) "$1" >"$2"; }
 # A square of 2 x 2 mm, flat: without neighbours to shade it, it is exactly Lambert.
 write_plane() { printf 'v %s\n' '0 0 0' '2 0 0' '2 2 0' '0 2 0' >"$1" && echo 'f 1 2 3 4' >>"$1"; }
 
-# A fabric of that plane with the albedo 0.8, 0.4, 0.2, and its samples.
+# A fabric of that plane with the albedo 0.8, 0.4, 0.2, its samples, and quad.gltf, which may wear it.
 make_plane_fabric() {
+  write_quad quad.gltf
   write_plane plane.obj
   selvedge make --quality paper plane.obj --period 2x2 --albedo 0.8,0.4,0.2 -o plane.fabric.exr --keep-samples plane.samples.exr \
     --quiet "${small[@]}"
+}
+
+# write_twill FILE YARNS: a 2/2 twill of YARNS x YARNS yarns, 1 mm apart, that repeats after 4.
+write_twill() {
+  {
+    printf '[WIF]\n[WEAVING]\nShafts=4\n'
+    for system in WARP WEFT; do printf '[%s]\nThreads=%d\nUnits=Centimeters\nSpacing=0.1\nThickness=0.06\n' $system "$2"; done
+    echo '[THREADING]'
+    for ((i = 1; i <= $2; ++i)); do echo "$i=$(((i - 1) % 4 + 1))"; done
+    echo '[LIFTPLAN]'
+    for ((i = 1; i <= $2; ++i)); do echo "$i=$(((i - 1) % 4 + 1)),$((i % 4 + 1))"; done
+  } >"$1"
 }
 
 # write_quad FILE.gltf [ATTRIBUTES]: a square of 0.1 x 0.1 m in the plane z = 0, facing +z, with one unit of

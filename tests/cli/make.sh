@@ -84,14 +84,7 @@ test_a_draft_is_to_be_had_for_stitches_of_many_yarns() {
     exits 0 selvedge make $stitch --set yarn=tube --quality draft -o $stitch.fabric.exr --quiet
     exits 0 selvedge check $stitch.fabric.exr
   done
-  {
-    printf '[WIF]\n[WEAVING]\nShafts=4\n'
-    printf '[%s]\nThreads=8\nUnits=Centimeters\nSpacing=0.1\nThickness=0.06\n' WARP WEFT
-    echo '[THREADING]'
-    for i in 1 2 3 4 5 6 7 8; do echo "$i=$(((i - 1) % 4 + 1))"; done
-    echo '[LIFTPLAN]'
-    for i in 1 2 3 4 5 6 7 8; do echo "$i=$(((i - 1) % 4 + 1)),$((i % 4 + 1))"; done
-  } >twill.wif
+  write_twill twill.wif 8
   exits 0 selvedge make twill.wif --set yarn=tube --quality draft -o draft.fabric.exr --json
   holds 'r.fit.levels[0].texels[0] === 16'
   refuses OPTION_OUT_OF_RANGE 'its yarns need 16x16 texels' \

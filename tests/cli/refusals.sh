@@ -6,7 +6,6 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 make_inputs() {
   make_plane_fabric
   selvedge bake plain-knit --set yarn=tube --texels 4 -o other.samples.exr --quiet "${small[@]:2}"
-  write_quad quad.gltf
   write_quad bare.gltf 'POSITION NORMAL'
   selvedge dress quad.gltf plane.fabric.exr -o quad.glb --all --quiet
   selvedge dress quad.gltf plane.fabric.exr -o beside.gltf --all --quiet

@@ -16,7 +16,6 @@ shows() {
 
 test_dressed_square_shows_albedo_over_pi_times_cosine() {
   make_plane_fabric
-  write_quad quad.gltf
   exits 0 selvedge dress quad.gltf plane.fabric.exr -o dressed.glb --material cloth --json
   # 100 mm of square, 2 mm of fabric, one unit of texture coordinates.
   holds "r.embedded && r.materials[0].repeats.every(n => Math.abs(n - 50) < 0.001) && r.materials[0].metresPerUv.every(m => Math.abs(m - 0.1) < 1e-6)"
@@ -32,7 +31,6 @@ test_dressed_square_shows_albedo_over_pi_times_cosine() {
 
 test_a_colourway_shows_its_colour_and_another_fabric_its_own() {
   make_plane_fabric
-  write_quad quad.gltf
   selvedge make --quality paper plane.obj --period 2x2 --albedo 0.1,0.2,0.3 -o dark.fabric.exr --quiet "${small[@]}"
   exits 0 selvedge dress quad.gltf dark.fabric.exr -o dressed.glb --all --json --variant orange=#e7aa7c \
     --variant plane=plane.fabric.exr
@@ -53,7 +51,6 @@ test_a_colourway_shows_its_colour_and_another_fabric_its_own() {
 
 test_info_measures_the_set_that_it_is_told_and_names_what_a_garment_brings() {
   make_plane_fabric
-  write_quad quad.gltf
   # Set 1 is half of set 0, so that a unit of it is twice as long.
   node -e 'const file = process.argv[1], json = JSON.parse(require("fs").readFileSync(file));
     const uvs = Buffer.from(new Float32Array([0, 0.5, 0.5, 0.5, 0.5, 0, 0, 0]).buffer);
@@ -149,7 +146,6 @@ test_scenes_variants_and_cameras_of_a_file_are_chosen_by_name_or_number() {
 
 test_a_missing_fabric_file_leaves_the_fallback() {
   make_plane_fabric
-  write_quad quad.gltf
   exits 0 selvedge dress quad.gltf plane.fabric.exr -o dressed.gltf --all --quiet
   exits 0 selvedge-view render dressed.gltf -o fabric.exr --size 32x32 --light 0,0,1 --quiet
   rm plane.fabric.exr
@@ -160,7 +156,6 @@ test_a_missing_fabric_file_leaves_the_fallback() {
 
 test_dress_embeds_the_fabric_in_glb_and_refers_to_it_from_gltf() {
   make_plane_fabric
-  write_quad quad.gltf
   mkdir out
   for form in glb gltf; do
     local output=out/o.$form
@@ -183,7 +178,6 @@ test_dress_embeds_the_fabric_in_glb_and_refers_to_it_from_gltf() {
 
 test_dress_writes_usd_with_its_files_beside() {
   make_plane_fabric
-  write_quad quad.gltf
   mkdir out
   exits 0 selvedge dress quad.gltf plane.fabric.exr -o out/d.glb --all --usda out/u.usda --json
   holds "r.usd.join() === 'out/u-image0.png,out/u-fabric0.exr,out/u.usda'"

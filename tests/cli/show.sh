@@ -3,21 +3,12 @@
 # shellcheck source=tests/cli/lib.sh
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-need_screen() {
-  for tool in Xvfb xdotool; do
-    if ! command -v "$tool" >/dev/null; then
-      echo "skipped: there is no $tool" >&2
-      exit 77
-    fi
-  done
-}
-
-# A textured square of 0.1 m that fills the window, one level without blending: every pixel sees one texel.
-make_cloth() {
-  selvedge make --quality paper plain-knit --set yarn=tube -o k.fabric.exr --quiet "${small[@]}" >/dev/null
-  write_quad quad.gltf
-  selvedge dress quad.gltf k.fabric.exr -o quad.glb --all --quiet
-}
+for tool in Xvfb xdotool; do
+  if ! command -v "$tool" >/dev/null; then
+    echo "skipped: there is no $tool" >&2
+    exit 77
+  fi
+done
 
 # with_window ARGUMENTS... -- XDOTOOL COMMANDS: shows with these arguments, does what is said once the window is there,
 # presses Escape. Reports as JSON in report.json, gives show's exit status.
@@ -55,8 +46,7 @@ with_window() {
 }
 
 test_show_turns_moves_and_nears_with_the_mouse() {
-  need_screen
-  make_cloth
+  make_scene
   with_window quad.glb --screenshot before.png -- 'mousemove 300 300'
   holds 'r.camera.azimuth === 0 && r.camera.elevation === 0' report.json
   mv report.json still.json
@@ -75,8 +65,7 @@ test_show_turns_moves_and_nears_with_the_mouse() {
 }
 
 test_show_hides_the_panel_and_takes_the_fabrics_away_by_keys() {
-  need_screen
-  make_cloth
+  make_scene
   with_window quad.glb -- 'mousemove 200 300' 'key h' 'key c'
   holds 'r.window.join() === "900,600" && r.width === 900 && r.fabrics[0] === -1' report.json
   with_window quad.glb -- 'mousemove 200 300' 'key c' 'key c'
@@ -84,8 +73,7 @@ test_show_hides_the_panel_and_takes_the_fabrics_away_by_keys() {
 }
 
 test_show_plays_a_clip_pauses_it_and_steps() {
-  need_screen
-  make_cloth
+  make_scene
   write_slide 0.2
   selvedge dress slide.gltf k.fabric.exr -o slide.glb --all --quiet
   with_window slide.glb -- 'sleep 1'
@@ -108,17 +96,14 @@ test_show_plays_a_clip_pauses_it_and_steps() {
 }
 
 test_show_swaps_fabrics() {
-  need_screen
-  make_cloth
+  make_scene
   make_plane_fabric
   with_window quad.glb --fabric plane.fabric.exr -- 'mousemove 200 300' 'key f'
   holds 'r.fabrics[0] === 1 && r.probe.fabric === "plane.fabric.exr"' report.json
 }
 
 test_show_dresses_a_garment_compares_and_saves_it() {
-  need_screen
   make_plane_fabric
-  write_quad quad.gltf
   mkdir fabrics
   cp plane.fabric.exr fabrics/other.exr
   echo none >fabrics/broken.exr
@@ -143,8 +128,7 @@ test_show_dresses_a_garment_compares_and_saves_it() {
 }
 
 test_show_saves_the_picture_and_tells_the_command_that_draws_it() {
-  need_screen
-  make_cloth
+  make_scene
   with_window quad.glb -- 'mousemove 200 300' 'mousedown 1' 'mousemove 300 260' 'mouseup 1' 'sleep 2' 'key s'
   [ -s quad-1.png ] || fail "no picture: $(cat report.json)"
   holds 'r.message === "saved quad-1.png"' report.json

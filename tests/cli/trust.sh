@@ -5,7 +5,6 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 test_no_verb_opens_a_file_outside_of_the_garments_folder() {
   make_plane_fabric
-  write_quad quad.gltf
   mkdir in out
   echo 'the secret of the server' >secret
   ln -s ../secret in/link.png
@@ -39,7 +38,6 @@ test_check_goes_on_after_a_file_that_ends_it() {
 
 test_pictures_that_are_cut_short_or_have_no_name_end_no_verb() {
   make_plane_fabric
-  write_quad quad.gltf
   printf 'RIFF\4\0\0\0' >short.webp
   : >empty.png
   for uri in short.webp empty.png '' . '%00' '#' 'data:,'; do
@@ -56,7 +54,6 @@ test_pictures_that_are_cut_short_or_have_no_name_end_no_verb() {
 
 test_faults_within_pictures_and_scenes_are_told_with_their_place() {
   make_plane_fabric
-  write_quad quad.gltf
   edited quad.gltf long.gltf "$png_writer"'
     const rows = chunk("IDAT", zlib.deflateSync(Buffer.alloc(1.5e8)));
     fs.writeFileSync("long.png", png(head(8, 8), rows, end));
@@ -85,7 +82,6 @@ test_faults_within_pictures_and_scenes_are_told_with_their_place() {
 
 test_closed_streams_take_no_file_and_end_no_verb() {
   make_plane_fabric
-  write_quad quad.gltf
   for closed in '>&- 2>&-' '2>&-' '<&- >&- 2>&-' '>/dev/full 2>/dev/full'; do
     rm -f d.glb
     status=0
@@ -163,7 +159,6 @@ test_garments_that_declare_more_than_the_memory_are_refused_before_they_take_it(
 
 test_pictures_that_show_nothing_have_a_remark() {
   make_plane_fabric
-  write_quad quad.gltf
   exits 0 selvedge dress quad.gltf plane.fabric.exr -o d.glb --all --quiet
   notes() { exits 0 selvedge-view render "$2" -o o.png --size 16x16 "${@:3}"; grep -qF "note: $1" "$scratch/err" || fail "$(cat "$scratch/err")"; }
   notes 'no pixel shows the scene' d.glb --look-at 100,0,0 --distance 1
@@ -206,7 +201,6 @@ test_samples_take_no_more_than_their_parts() {
 
 test_all_files_of_a_dressed_garment_are_written_or_none() {
   make_plane_fabric
-  write_quad quad.gltf
   exits 0 selvedge dress quad.gltf plane.fabric.exr -o o.gltf --all
   # The buffer fits onto the disk, the text does not; the fallback's pictures do, the layer does not.
   short() { (ulimit -f 2 && "$@"); }

@@ -98,18 +98,6 @@ test_a_description_is_read_again_and_set_moves_it() {
   holds "r.periodMm[0] === 2.5 && Math.abs(r.clearanceMm) < 0.012"
 }
 
-# write_twill FILE YARNS: a 2/2 twill of YARNS x YARNS yarns, 1 mm apart, that repeats after 4.
-write_twill() {
-  {
-    printf '[WIF]\n[WEAVING]\nShafts=4\n'
-    for system in WARP WEFT; do printf '[%s]\nThreads=%d\nUnits=Centimeters\nSpacing=0.1\nThickness=0.06\n' $system "$2"; done
-    echo '[THREADING]'
-    for ((i = 1; i <= $2; ++i)); do echo "$i=$(((i - 1) % 4 + 1))"; done
-    echo '[LIFTPLAN]'
-    for ((i = 1; i <= $2; ++i)); do echo "$i=$(((i - 1) % 4 + 1)),$((i % 4 + 1))"; done
-  } >"$1"
-}
-
 test_a_weaving_draft_is_a_stitch() {
   write_twill twill.wif 8
   exits 0 selvedge stitch twill.wif --json
@@ -250,7 +238,6 @@ test_progress_is_for_terminals_only() {
 
 test_info_tells_what_is_in_each_kind_of_file() {
   make_plane_fabric
-  write_quad quad.gltf
   selvedge dress quad.gltf plane.fabric.exr -o quad.glb --all --quiet
   exits 0 selvedge info plane.fabric.exr --json
   holds "r.kind === 'fabric' && r.content.levels === 4 && r.content.texels.join() === '8,8' && r.content.provenance.bake.seed === 1"
@@ -268,7 +255,6 @@ is_text() {
 
 test_bytes_that_are_no_text_are_escaped_in_messages_and_reports() {
   make_plane_fabric
-  write_quad quad.gltf
   local odd=$'n\xffme\e[31m'
   # In the file's name, in JSON, in the names of an EXR file's parts, in a material's name.
   printf '{"asset":{"version":"2.0","generator":"\xff\x1b[2J"}}' >bad.gltf
