@@ -65,13 +65,6 @@ inline YarnData plied(YarnData data) {
   return data;
 }
 
-/// The same yarns, but for every second of flat ones.
-inline YarnData flattened(YarnData data) {
-  for (std::size_t c = 0; c < data.curves.size(); c += 2)
-    data.curves[c].flattening = 0.3F + 0.1F * static_cast<float>(c % 6);
-  return data;
-}
-
 /// The fabric with yarn, which 16 bits of light hold exactly.
 inline Fabric with_yarn(Fabric fabric, std::uint64_t seed) {
   Random random(seed);

@@ -3,13 +3,17 @@
 #include <doctest/doctest.h>
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
+#include "format/check/fabric.h"
+#include "format/fabric/header.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/files.h"
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
 
 using namespace selvedge;
+using nlohmann::json;
 using test::Folder;
 
 namespace {
@@ -32,6 +36,32 @@ void check_equal(const Fabric& a, const Fabric& b) {
     CHECK(x.bases->view == y.bases->view);
     CHECK(x.bases->light == y.bases->light);
   }
+}
+
+/// The first issue of a header with these members; "" for a good one.
+std::string verdict(const json& changes) {
+  json text = json::parse(header_to_json(header_without_layers(test::lambert_fabric(2, 2, V3f(0.5F)))));
+  text.merge_patch(changes);
+  IssueSink sink("a.exr");
+  const auto header = header_from_json(text.dump(), {}, sink);
+  CHECK(header.has_value() == !sink.has_error());
+  return header ? "" : to_line(sink.first_error());
+}
+
+double taken(const Yarns& yarns) {
+  const Yarns::Grid& grid = yarns.grid();
+  return static_cast<double>(std::span(grid.cells).size_bytes() + std::span(grid.blocks).size_bytes() +
+                             yarns.geometry().segments.size_bytes());
+}
+
+/// Thin yarn to and fro over a hundred repeats: a few nodes, thousands of cells for each.
+YarnData far_and_wide(const V2f& period) {
+  YarnData data = test::straight(period.x, 0.01F * period.x);
+  for (std::size_t i = 0; i < data.nodes.size(); ++i) {
+    const float side = i % 2 == 0 ? -50.0F : 50.0F;
+    data.nodes[i] = {side * period.x, 0.3F * side * period.y, 1};
+  }
+  return data;
 }
 
 }  // namespace
@@ -152,4 +182,64 @@ TEST_CASE("functions of levels that begin after level 0 are stored as they are r
   for (std::size_t i = 0; i < before.light.size(); ++i)
     CHECK((after.light[i] - before.light[i]).length() < 1e-3F);
   for (std::size_t k = 0; k + 1 < stored.levels.size(); ++k) CHECK_FALSE(stored.levels[k].bases);
+}
+
+TEST_CASE("files of 4.x are read; files of 3.x are refused in a line that names make") {
+  CHECK(verdict(json::object()).empty());
+  CHECK(verdict({{"version", {4, 7}}}).empty());
+  CHECK(verdict({{"version", {3, 1}}}) ==
+        "a.exr: /version: fabric version 3.1 is no longer read: make the fabric again with 'selvedge make' "
+        "[FABRIC_VERSION]");
+  CHECK(verdict({{"version", {6, 0}}}).find("[FABRIC_VERSION]") != std::string::npos);
+  CHECK(verdict({{"version", "4.0"}}).find("[FABRIC_MEMBER]") != std::string::npos);
+}
+
+TEST_CASE("yarn takes no more than is reckoned of its nodes") {
+  for (const V2f& period : {V2f(2, 2), V2f(0.01F, 3), V2f(30, 0.5F)}) {
+    for (std::uint64_t seed = 0; seed < 5; ++seed) {
+      Random random(seed);
+      const YarnData data = test::tangle(random, period, 4);
+      CHECK(taken(Yarns(data, period)) <= yarn_memory_bytes(data, period));
+      const YarnData plies = test::plied(data);
+      CHECK(taken(Yarns(plies, period)) <= yarn_memory_bytes(plies, period));
+    }
+    CHECK(taken(Yarns(far_and_wide(period), period)) <= yarn_memory_bytes(far_and_wide(period), period));
+  }
+}
+
+TEST_CASE("levels are refused beyond the memory that is allowed, by reader and checker") {
+  const Folder folder;
+  const std::string path = folder / "a.exr";
+  const Fabric fabric = test::random_product_fabric(9, 4, {2, 3}, 2, 8);
+  REQUIRE(write_fabric(path, fabric));
+  const FabricReader reader = test::need(FabricReader::open(path));
+  std::uint64_t floats = 0;
+  for (const FabricLevel& level : fabric.levels)
+    for (const LayerKind kind : all_layers) floats += level[kind].values.size();
+  const std::uint64_t memory = reader.peak_memory_bytes();
+  CHECK(memory >= floats * sizeof(float));
+  CHECK(memory < 8 * floats * sizeof(float));
+  CHECK(read_fabric(path, {.memory = memory}).has_value());
+  const Error beyond = test::error_of(read_fabric(path, {.memory = memory - 1}));
+  CHECK(beyond.code == Code::file_too_large);
+  CHECK(beyond.message.find("--max-memory") != std::string::npos);
+  CHECK_FALSE(has_error(check_fabric(path, {.memory = memory}).issues));
+  CHECK(to_line(check_fabric(path, {.memory = memory - 1}).issues.at(0)) == to_line(beyond));
+}
+
+TEST_CASE("yarn that runs through more cells than there is memory for is refused before they are made") {
+  const Folder folder;
+  const std::string path = folder / "a.exr";
+  Fabric fabric = test::random_fabric(4, 4, {2, 2}, 1, 1);
+  const V2f period = fabric.period_mm;
+  fabric.levels.front().set_yarns(std::make_shared<const Yarns>(far_and_wide(period), period));
+  REQUIRE(write_fabric(path, fabric));
+  CHECK(read_fabric(path).has_value());
+  const FabricLimits limits{.memory = 16U << 20U};
+  const Error beyond = test::error_of(read_fabric(path, limits));
+  CHECK(beyond.code == Code::file_too_large);
+  CHECK(beyond.place == "yarns");
+  const Issues found = check_fabric(path, limits).issues;
+  REQUIRE(found.size() == 1);
+  CHECK(found.front().code == Code::file_too_large);
 }

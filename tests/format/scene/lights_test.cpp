@@ -5,8 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace selvedge {
-namespace {
+using namespace selvedge;
 
 TEST_CASE("a light far away is the same everywhere") {
   Light light{.direction = V3d(0, 0.6, 0.8), .irradiance = V3f(2, 3, 4)};
@@ -67,6 +66,3 @@ TEST_CASE("the lights of a scene shine where its nodes look") {
   CHECK(below.irradiance == V3f(10, 5, 2.5F));
   CHECK(illumination_at(lights[0], V3d(3, 2, 0)).irradiance == V3f(0));
 }
-
-}  // namespace
-}  // namespace selvedge
