@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "format/fabric/fabric.h"
+#include "tests/format/fabrics.h"
 
 namespace selvedge::test {
 
@@ -49,16 +50,10 @@ inline void add_levels(Fabric& fabric) {
 
 /// Flat, matt, of one colour.
 inline Fabric lambert_fabric(const V2d& period_mm, int side, const V3f& albedo) {
-  Fabric fabric;
+  Fabric fabric = lambert_fabric(side, side, albedo);
+  fabric.views = Fabric().views;
   fabric.period_mm = period_mm;
   fabric.provenance = "{}";
-  FabricLevel level;
-  level.width = side;
-  level.height = side;
-  level.add_layer(LayerKind::lobes, 3);
-  for (int i = 0; i < 3 * side * side; ++i) level.lobes()[i] = albedo[i % 3] / std::numbers::pi_v<float>;
-  fabric.levels.push_back(std::move(level));
-  add_levels(fabric);
   return fabric;
 }
 

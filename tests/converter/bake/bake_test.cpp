@@ -2,13 +2,17 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
 
 #include "converter/bake/texels.h"
+#include "converter/make/make.h"
+#include "converter/make/recolour.h"
 #include "converter/stitch/find_cell.h"
 #include "format/base/parallel.h"
+#include "format/quality/compare.h"
 #include "tests/converter/bake_cells.h"
 #include "tests/converter/load_cell.h"
 #include "tests/format/files.h"
@@ -42,6 +46,26 @@ Seen bake_mesh(const CellMesh& mesh, const BakeOptions& options) {
   SideSamples front = side_samples(test::need(bake(mesh, "test", options)).samples, Side::front);
   return {std::move(front.header), std::move(front.level),
           std::move(front.pairs[index_of(PairKind::held_out)])};
+}
+
+BakeOptions both_sides() {
+  BakeOptions options = small_bake();
+  options.width = 4;
+  options.samples = 64;
+  options.both_sides = true;
+  options.validation_pairs = options.held_out_pairs = 0;
+  return options;
+}
+
+Samples baked(const CellMesh& mesh, const BakeOptions& options) {
+  return test::need(bake(mesh, "test", options)).samples;
+}
+
+YarnCell cell_of(const std::string& stitch, const StitchSettings& settings) {
+  CellOptions options;
+  options.settings = settings;
+  options.needs_stitch_mesh = false;
+  return test::need(find_cell(stitch, options)).yarn.value();
 }
 
 }  // namespace
@@ -260,4 +284,137 @@ TEST_CASE("yarns that a mesh does not know are found, and a surface that is no y
   REQUIRE(baked.report.remarks.size() == 1);
   CHECK(baked.report.remarks.front() == "100 % of the surface is not round yarn: no yarns are stored");
   CHECK(baked.samples.header.yarns.curves == 0);
+}
+
+TEST_CASE("the back of a Lambert plane is lit as its front, and nothing comes through") {
+  const Samples samples = baked(floor_of(1, 1, 0.6F), both_sides());
+  const std::vector<V3f> lights = cell_directions(samples.header.lights);
+  for (const Side side : all_sides) {
+    const SampleLevel level = side_samples(samples, side).level;
+    for (const float alpha : level.alpha) CHECK(alpha == 1);
+    for (const V3f& n : level.normal_sum) CHECK(n.z == doctest::Approx(16));
+    for (std::size_t i = 0; i < level.radiance.size(); ++i) {
+      const double cosine = is_transmission(side) ? 0 : static_cast<double>(lights[i % lights.size()].z);
+      CHECK(std::abs(static_cast<double>(level.radiance[i].x) - 0.6 / pi * cosine) <= 3e-4);
+    }
+  }
+}
+
+TEST_CASE("cell means are reciprocal on every side") {
+  // alpha(v) f(l, v) |v_z| = alpha(l) f(v, l) |l_z|; within four standard errors of the difference.
+  const V3f a = V3f(0.3F, 0.2F, 0.8F).normalized();
+  const V3f b = V3f(-0.5F, 0.4F, 0.6F).normalized();
+  ByPairKind<std::vector<DirectionPair>> pairs;
+  for (const V3f& l : {a, mirrored(a)}) {
+    for (const V3f& v : {b, mirrored(b)}) {
+      pairs[1].push_back({l, v});
+      pairs[1].push_back({v, l});
+    }
+  }
+  BakeOptions o = both_sides();
+  o.pairs = pairs;
+  o.truth_samples = 4096;
+  o.bounces = unlimited_bounces;
+  CellMesh mesh = test::need(load_cell("plain-knit"));
+  mesh.gloss.clear();
+  const Samples samples = baked(mesh, o);
+  // Mean and squared standard error of alpha f |v_z| of each pair, by its directions on the sphere.
+  struct Mean {
+    DirectionPair pair;
+    double value = 0;
+    double error2 = 0;
+  };
+  std::vector<Mean> means;
+  for (const Side side : all_sides) {
+    const PairSamples read = side_pairs(samples.pairs[index_of(PairKind::held_out)], side);
+    REQUIRE(read.pairs.size() == 2);
+    const std::size_t texels = read.alpha.size() / 2;
+    for (std::size_t p = 0; p < 2; ++p) {
+      Mean mean{read.pairs[p], 0, 0};
+      const auto z = static_cast<double>(mean.pair.view.z);
+      for (std::size_t t = p * texels; t < (p + 1) * texels; ++t) {
+        mean.value +=
+            static_cast<double>(read.alpha[t] * read.radiance[t].x) * z / static_cast<double>(texels);
+        mean.error2 += std::pow(static_cast<double>(read.noise[t].x) * z / static_cast<double>(texels), 2);
+      }
+      if (is_view_behind(side)) mean.pair.view = mirrored(mean.pair.view);
+      if (is_view_behind(side) != is_transmission(side)) mean.pair.light = mirrored(mean.pair.light);
+      means.push_back(mean);
+    }
+  }
+  int compared = 0;
+  for (const Mean& one : means) {
+    for (const Mean& other : means) {
+      if (one.pair.light != other.pair.view || one.pair.view != other.pair.light) continue;
+      ++compared;
+      CAPTURE(one.pair.light.z);
+      CAPTURE(one.pair.view.z);
+      CHECK(std::abs(one.value - other.value) <= 4 * std::sqrt(one.error2 + other.error2) + 1e-3 * one.value);
+    }
+  }
+  CHECK(compared == 8);
+}
+
+TEST_CASE("a fabric in other colours is nearly what a make of them is") {
+  struct Case {
+    std::string stitch;
+    StitchSettings before, after;
+    std::string quality;
+    bool both_sides;
+  };
+  const Case cases[] = {
+      {"plain-knit",
+       {{"colour", {0.216, 0.216, 0.216}}},
+       {{"colour", {0.011, 0.023, 0.067}}},
+       "standard",
+       false},
+      {"plain-knit", {{"colour", {0.216, 0.216, 0.216}}}, {{"colour", {0.94, 0.94, 0.94}}}, "standard", true},
+      {"plain-knit", {{"colour", {0.216, 0.216, 0.216}}}, {{"colour", {1, 0, 0}}}, "draft", false},
+      {"two-colour", {}, {{"second_albedo", {0.53, 0.03, 0.014}}}, "standard", false}};
+  for (const Case& c : cases) {
+    CAPTURE(c.stitch);
+    CAPTURE(c.after.begin()->second.front());
+    MakeOptions options = quality_named(c.quality);
+    options.bake.both_sides = c.both_sides;
+    const YarnCell before = cell_of(c.stitch, c.before);
+    const YarnCell after = cell_of(c.stitch, c.after);
+    const auto made = [&](const YarnCell& cell, Samples* kept) {
+      Baked baked = test::need(bake(cell, c.stitch, options.bake));
+      Fabric fabric = test::need(fit_fabric(baked.samples, options)).fabric;
+      if (kept != nullptr) *kept = std::move(baked.samples);
+      return fabric;
+    };
+    Samples samples;
+    const Fabric base = made(before, nullptr);
+    const Fabric exact = made(after, &samples);
+    REQUIRE(differs_only_in_colour(base, after));
+    const Fabric recoloured = recolour(base, after);
+    CHECK(recoloured.accuracy == "{}");
+    const PairSamples held_out = side_pairs(samples.pairs[index_of(PairKind::held_out)], Side::front);
+    const Comparison by_make = test::need(compare(exact, held_out, PairKind::held_out));
+    const Comparison by_colour = test::need(compare(recoloured, held_out, PairKind::held_out));
+    for (std::size_t k = 0; k < by_make.levels.size(); ++k) {
+      CAPTURE(k);
+      const double bias = by_colour.levels[k].relative_bias;
+      CHECK(std::min(std::abs(bias), std::abs(bias - by_make.levels[k].relative_bias)) < 0.03);
+      CHECK(by_colour.levels[k].psnr > std::min(by_make.levels[k].psnr - 8, 33.0));
+    }
+    const auto yarn = [&](const Fabric& fabric) {
+      return compare_yarn(fabric, held_out, by_make.peak).levels;
+    };
+    CHECK(yarn(recoloured).front().psnr == doctest::Approx(yarn(exact).front().psnr).epsilon(0.01));
+  }
+}
+
+TEST_CASE("cloth in other colours has the same yarn") {
+  MakeOptions options = quality_named("draft");
+  const Fabric fabric =
+      test::need(fit_fabric(test::need(bake(cell_of("plain-knit", {}), "", options.bake)).samples, options))
+          .fabric;
+  CHECK(differs_only_in_colour(fabric, cell_of("plain-knit", {{"colour", {0.1, 0.2, 0.3}}})));
+  CHECK_FALSE(differs_only_in_colour(fabric, cell_of("plain-knit", {{"wale_mm", {5.1}}})));
+  CHECK_FALSE(differs_only_in_colour(fabric, cell_of("purl", {})));
+  Fabric without = fabric;
+  without.levels.front().set_yarns(nullptr);
+  CHECK_FALSE(differs_only_in_colour(without, cell_of("plain-knit", {})));
 }

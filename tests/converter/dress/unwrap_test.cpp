@@ -3,21 +3,25 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
 
 #include "converter/dress/charts.h"
+#include "converter/dress/flatten.h"
 #include "format/check/gltf.h"
 #include "format/gltf/edit.h"
 #include "format/gltf/read_scene.h"
 #include "format/picture/image.h"
-#include "tests/converter/dress/flat_stretch.h"
 #include "tests/converter/workshop.h"
+#include "tests/format/garments.h"
+#include "tests/format/gltf_fixtures.h"
 #include "tests/require.h"
 #include "tests/shared_data.h"
 
 using namespace selvedge;
+using test::Folder;
 using test::Workshop;
 
 namespace {
@@ -27,14 +31,13 @@ struct Surface {
   std::vector<std::uint32_t> triangles;
 };
 
-/// A grid of squares over [0, 1]^2, each of two triangles, whose last column lies on the first in space.
-template <class PrimitiveIndex>
-Surface grid(int columns, int rows, const PrimitiveIndex& place) {
+/// A grid of squares over [0, 1]^2, each of two triangles, bent by `place`.
+template <class Place>
+Surface grid(int columns, int rows, const Place& place) {
   Surface surface;
   for (int j = 0; j <= rows; ++j)
     for (int i = 0; i <= columns; ++i)
-      surface.positions.push_back(
-          place(static_cast<double>(i % columns) / columns, static_cast<double>(j) / rows));
+      surface.positions.push_back(place(static_cast<double>(i) / columns, static_cast<double>(j) / rows));
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
       const auto a = static_cast<std::uint32_t>(j * (columns + 1) + i);
@@ -45,25 +48,68 @@ Surface grid(int columns, int rows, const PrimitiveIndex& place) {
   return surface;
 }
 
-/// An open tube about the y axis, from y = 0 up.
+/// An open tube about the y axis, from y = 0 up. Its last column lies on the first in space.
 Surface tube(double radius, double height) {
   return grid(48, 10, [&](double u, double v) {
-    const double angle = -2 * std::numbers::pi * u;
+    const double angle = -2 * std::numbers::pi * std::fmod(u, 1);
     return V3d(radius * std::cos(angle), height * v, radius * std::sin(angle));
   });
 }
 
 Surface sphere(double radius) {
   return grid(64, 32, [&](double u, double v) {
-    const double around = -2 * std::numbers::pi * u;
+    const double around = -2 * std::numbers::pi * std::fmod(u, 1);
     const double up = std::numbers::pi * v;
     return radius * V3d(std::sin(up) * std::cos(around), -std::cos(up), std::sin(up) * std::sin(around));
   });
 }
 
+ClothPanel panel_of(const Surface& surface) {
+  ClothPanel panel{surface.positions, {}};
+  for (std::size_t t = 0; t < surface.triangles.size(); t += 3)
+    panel.triangles.emplace_back(surface.triangles[t], surface.triangles[t + 1], surface.triangles[t + 2]);
+  return panel;
+}
+
 Charts charts_of(const Surface& surface) {
   double top = 0;
   return cut_into_charts(surface.positions, surface.triangles, V3d(0, -1, 0), top);
+}
+
+/// Metres of surface per unit of the plane within one triangle: the singular values of dP/d(u, v).
+struct Stretch {
+  double max = 1;
+  double min = 1;
+
+  double times() const { return std::max(max, 1 / min); }
+};
+
+Stretch stretch_of(const std::array<V3d, 3>& corners, const std::array<V2d, 3>& plane) {
+  const V2d a = plane[1] - plane[0];
+  const V2d b = plane[2] - plane[0];
+  const V3d p = corners[1] - corners[0];
+  const V3d q = corners[2] - corners[0];
+  const V3d along_u = (p * b.y - q * a.y) / (a % b);
+  const V3d along_v = (q * a.x - p * b.x) / (a % b);
+  const double middle = (along_u.length2() + along_v.length2()) / 2;
+  const double spread = std::hypot((along_u.length2() - along_v.length2()) / 2, along_u.dot(along_v));
+  return {std::sqrt(middle + spread), std::sqrt(std::max(0.0, middle - spread))};
+}
+
+Stretch worst_of(const ClothPanel& panel, const std::vector<V2d>& plane) {
+  Stretch worst;
+  for (const V3i& t : panel.triangles) {
+    std::array<V3d, 3> corners;
+    std::array<V2d, 3> flat;
+    for (int k = 0; k < 3; ++k) {
+      corners[k] = panel.positions[t[k]];
+      flat[k] = plane[t[k]];
+    }
+    const Stretch s = stretch_of(corners, flat);
+    worst.max = std::max(worst.max, s.max);
+    worst.min = std::min(worst.min, s.min);
+  }
+  return worst;
 }
 
 /// How often cloth is longer or shorter one way than this fraction of the area at most.
@@ -78,7 +124,7 @@ double stretch_below(const Surface& surface, const Charts& charts, double fracti
       plane[k] = charts.uvs[charts.indices[t + k]];
     }
     const double area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
-    stretches.emplace_back(test::stretch_of(corners, plane).times(), area);
+    stretches.emplace_back(stretch_of(corners, plane).times(), area);
     total += area;
   }
   std::ranges::sort(stretches);
@@ -143,18 +189,11 @@ TEST_CASE("charts: a sphere is six pieces of which none is turned over") {
 
 TEST_CASE("charts: a sheet with creases is one, and what has no area is left out") {
   Surface sheet = grid(20, 20, [](double u, double v) { return V3d(u, v, 0.002 * std::sin(40 * v)); });
-  // The last column of the grid lies on the first; without its cells the sheet is open.
-  std::vector<std::uint32_t> open;
-  for (std::size_t t = 0; t < sheet.triangles.size(); t += 6) {
-    if (t / 6 % 20 == 19) continue;
-    open.insert(open.end(), sheet.triangles.begin() + static_cast<std::ptrdiff_t>(t),
-                sheet.triangles.begin() + static_cast<std::ptrdiff_t>(t + 6));
-  }
-  sheet.triangles = open;
+  const std::size_t corners = sheet.triangles.size();
   sheet.triangles.insert(sheet.triangles.end(), {0, 0, 1, 5, 5, 5});
   const Charts charts = charts_of(sheet);
   CHECK(charts.count == 1);
-  CHECK(charts.indices.size() == open.size());
+  CHECK(charts.indices.size() == corners);
   CHECK(stretch_below(sheet, charts, 1) < 1.001);
   CHECK(charts_of({{V3d(0, 0, 0), V3d(1, 0, 0)}, {0, 1, 1}}).count == 0);
   CHECK(charts_of({}).count == 0);
@@ -440,4 +479,70 @@ TEST_CASE("charts: one with very many holes is projected, as its equations would
   CHECK(charts.count == 1);
   CHECK(stretch_below(net, charts, 1) ==
         doctest::Approx(1 / std::cos((0.5 - 0.5 / side) * std::numbers::pi / 3)));
+}
+
+TEST_CASE("new vertices take every attribute and morph target along") {
+  const Folder folder;
+  REQUIRE(write_garment(folder / "square.glb", test::square()));
+  GltfDocument document = test::need(load_gltf(folder / "square.glb"));
+  Json& primitive = document.json["meshes"][0]["primitives"][0];
+  std::vector<float> moves;
+  for (int i = 0; i < 12; ++i) moves.push_back(static_cast<float>(i));
+  const std::vector<std::uint8_t> ids{0, 1, 2, 3};  // as a SCALAR of bytes, padded to 4 in the file
+  const int view = append_attribute_view(document, {4, 1, 5121, false}, ids);
+  primitive["attributes"]["_ID"] =
+      append(document.json["accessors"],
+             {{"bufferView", view}, {"componentType", 5121}, {"count", 4}, {"type", "SCALAR"}});
+  const Json target{{"POSITION", append_float_accessor(document, moves, 3, true)}};
+  primitive["targets"] = std::vector<Json>(1000, target);
+  const std::size_t accessors = document.json["accessors"].size();
+  const std::size_t attributes = primitive["attributes"].size();
+
+  GltfReader reader(document);
+  gather_vertices(document, reader, primitive, {0, 1, 2, 3, 1, 2}, "/meshes/0/primitives/0");
+  // An accessor that a thousand morph targets name is copied once.
+  CHECK(document.json["accessors"].size() == accessors + attributes + 1);
+  for (const auto& [semantic, accessor] : primitive["attributes"].items()) {
+    const std::string named = semantic;  // Clang 14 captures no bindings.
+    CAPTURE(named);
+    CHECK(document.json["accessors"][accessor.get<std::size_t>()]["count"] == 6);
+  }
+  const auto moved = reader.numbers(index_of(primitive["targets"][999]["POSITION"]), "");
+  CHECK(moved[12] == 3);  // the copy of vertex 1
+  CHECK(moved[15] == 6);  // and of vertex 2
+  CHECK(reader.numbers(index_of(primitive["attributes"]["_ID"]), "")[4] == 1);
+}
+
+TEST_CASE("half a tube is unrolled without stretch") {
+  // A tube of flat facets can be unrolled exactly: what is left is the solver's rounding.
+  const ClothPanel panel = panel_of(grid(24, 16, [](double a, double b) {
+    return V3d(-0.1 * std::cos(std::numbers::pi * a), 0.4 * b, 0.1 * std::sin(std::numbers::pi * a));
+  }));
+  const std::vector<V2d> plane = flatten(panel);
+  const Stretch worst = worst_of(panel, plane);
+  CHECK(worst.max < 1 + 1e-6);
+  CHECK(worst.min > 1 - 1e-6);
+}
+
+TEST_CASE("a cap of a sphere is stretched no more than its curvature asks for") {
+  // Radius 1, 0.5 x 0.5: the way along an edge and through the middle differ by about r^2 / 8 = 3 %.
+  const ClothPanel panel = panel_of(grid(20, 20, [](double a, double b) {
+    const double x = 0.5 * a - 0.25;
+    const double y = 0.5 * b - 0.25;
+    return V3d(x, y, std::sqrt(1 - x * x - y * y));
+  }));
+  const std::vector<V2d> plane = flatten(panel);
+  const Stretch worst = worst_of(panel, plane);
+  CHECK(worst.max < 1.04);
+  CHECK(worst.min > 0.96);
+  CHECK(worst.max - worst.min > 0.005);  // Gauss: it cannot be none
+}
+
+TEST_CASE("the flat panel keeps the outside up") {
+  const ClothPanel panel = panel_of(grid(4, 4, [](double a, double b) { return V3d(a, b, 0.1 * a * b); }));
+  const std::vector<V2d> plane = flatten(panel);
+  for (const V3i& t : panel.triangles) {
+    const V2d& a = plane[t[0]];
+    CHECK((plane[t[1]] - a) % (plane[t[2]] - a) > 0);
+  }
 }

@@ -7,13 +7,18 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "converter/bake/texels.h"
+#include "converter/light/kept_light.h"
+#include "converter/light/path_tracer.h"
+#include "converter/mesh/wall_albedo.h"
 #include "converter/stitch/find_cell.h"
+#include "converter/stitch/library.h"
+#include "converter/stitch/yarn_mesh.h"
 #include "format/base/random.h"
 #include "tests/converter/bake_cells.h"
 #include "tests/converter/load_cell.h"
-#include "tests/converter/sky_seen.h"
 #include "tests/require.h"
 
 using namespace selvedge;
@@ -64,6 +69,43 @@ std::vector<Estimate> cell_means(const TexelBaker& baker, const V3f& view, std::
 /// over its run towards the facet.
 double hidden(double slope, double rise_over_run) {
   return std::max(0.0, (slope - rise_over_run) / (slope + rise_over_run));
+}
+
+/// Plies without gloss, fibres and hairs.
+CellMesh plies(double transmission, const V3f& albedo) {
+  auto found = need(find_stitch("plain-knit", of_tubes({{"plies", {3}}, {"twist_per_mm", {-0.3}}})));
+  for (Yarn& yarn : found.pattern.yarns) {
+    yarn.transmission = transmission;
+    yarn.albedo = albedo;
+  }
+  return need(mesh_stitch(found.pattern, {32}));
+}
+
+/// A white furnace: what a path sees of a sky of radiance 1 all around, from `origin` in `direction`.
+double sky_seen(const RayScene& scene, const PathTracer& tracer, const V3d& origin, const V3d& direction,
+                PathSampler& sampler) {
+  SurfacePoint at;
+  if (!scene.trace(origin, direction, at)) return 1;
+  V3d towards = -direction;
+  V3d throughput(1, 1, 1);
+  for (int depth = 0;; ++depth) {
+    const auto next = tracer.continue_path(at, towards, depth, sampler, throughput);
+    if (!next) return 0;
+    if (!scene.trace(scene.offset_origin(at, *next), *next, at)) return throughput.x;
+    towards = -*next;
+  }
+}
+
+/// Even light that leaves the curves by way of others, from above or from below.
+std::vector<double> light_of_curves(const YarnData& data, const std::vector<float>& light) {
+  std::vector<double> sums;
+  std::size_t first = 0;
+  for (const YarnCurve& curve : data.curves) {
+    sums.push_back(0);
+    for (int s = 0; s < curve.stations; ++s, first += light_values_per_station)
+      for (std::size_t c = 0; c < 3; ++c) sums.back() += static_cast<double>(light[first + c]);
+  }
+  return sums;
 }
 
 }  // namespace
@@ -175,4 +217,116 @@ TEST_CASE("a knit with holes and a weave are white in a white furnace") {
     const double count = static_cast<double>(paths) * side * side * static_cast<double>(views.size());
     CHECK(std::abs(total / count - 1) < 3.9 * std::sqrt(total_square) / count);
   }
+}
+
+TEST_CASE("a translucent yarn by itself sends away of even light what the albedo of its wall is made for") {
+  // 1 - (1 - a)^(1 + gain t^2), in three colours; neighbours 40 mm away fill 1/80 of what it sees.
+  StitchPattern pattern{"alone", {4, 40}, {}};
+  Yarn yarn{.radius_mm = 0.5,
+            .albedo = {0.1F, 0.4F, 0.8F},
+            .segments = {{V3d(0, 2, 0), V3d(1, 2, 0), V3d(3, 2, 0), V3d(4, 2, 0)}},
+            .transmission = 0.7};
+  pattern.yarns = {yarn};
+  const RayScene scene = scene_of(need(mesh_stitch(pattern, {240})));
+  const PathTracer tracer(scene, unlimited_bounces);
+  constexpr std::uint32_t count = 1 << 15;
+  V3d sum(0, 0, 0);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    // Even light on its surface: a path from anywhere on it.
+    PathSampler sampler(i, 3);
+    const V2d at = sampler.next_pair();
+    const double angle = 2 * pi * at.y;
+    const V3d out(0, std::cos(angle), std::sin(angle));
+    SurfacePoint point;
+    REQUIRE(scene.trace(V3d(4 * at.x, 2, 0.5) + out * 0.6, -out, point));
+    V3d throughput(1, 1, 1);
+    V3d towards = cosine_direction(V3d(point.face_normal), sampler.next_pair());
+    for (int depth = 0;; ++depth) {
+      const auto next = tracer.continue_path(point, towards, depth, sampler, throughput);
+      if (!next) break;
+      towards = -*next;
+      if (scene.trace(scene.offset_origin(point, *next), *next, point)) continue;
+      sum += throughput / count;
+      break;
+    }
+  }
+  for (int c = 0; c < 3; ++c) {
+    const double exact = 1 - std::pow(1 - static_cast<double>(yarn.albedo[c]),
+                                      1 + ply_gain * yarn.transmission * yarn.transmission);
+    // Weights in [0, 1] but for roulette: 4 standard errors of at most 1/2; and what neighbours send back.
+    CHECK(std::abs(sum[c] - exact) < 4 * 0.5 / std::sqrt(count) + exact / 80);
+  }
+}
+
+TEST_CASE("plies that let light through are white in a white furnace, from both sides") {
+  const RayScene scene = scene_of(plies(0.4, {1, 1, 1}));
+  const PathTracer tracer(scene, unlimited_bounces);
+  constexpr std::uint32_t count = 1 << 16;
+  for (const V3d& view : {V3d(0.3, 0.1, 0.9), V3d(-0.6, 0.5, 0.4), V3d(0.2, -0.3, -0.8)}) {
+    const V3d v = view.normalized();
+    double sum = 0;
+    double square = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      PathSampler sampler(i, 5);
+      const V2d at = sampler.next_pair() * scene.period();
+      const double w = sky_seen(scene, tracer, V3d(at.x, at.y, 0) + v * 40.0, -v, sampler);
+      sum += w;
+      square += w * (w - 1);
+    }
+    // Only Russian roulette makes noise: the variance is the mean of w^2 - w. The normal quantile at
+    // 1e-3 / 3, two-sided, is 3.6. Roulette spares less than one path in 50 at each step.
+    CHECK(std::abs(sum / count - 1) < 3.6 * std::sqrt(square) / count);
+    CHECK(square / count < 1);
+  }
+}
+
+TEST_CASE("light of cloth that is edited in a place is nearly the light of all of it anew") {
+  CellOptions options;
+  options.needs_stitch_mesh = false;
+  options.settings = {{"repeats", {8}}};
+  const YarnCell cell = test::need(find_cell("plain-knit", options)).yarn.value();
+  const V2f period(cell.period);
+  const LineLightOptions lines{.both_sides = true};
+  YarnData before = cell.yarns;
+  compute_yarn_light(before, period, cell.wall_transmission, lines);
+  const Yarns last(before, period);
+  // A dent of a stitch's size.
+  const V2f middle = period / 2;
+  YarnData edited = cell.yarns;
+  for (V3f& node : edited.nodes) {
+    V2f away(node.x - middle.x, node.y - middle.y);
+    for (int k = 0; k < 2; ++k) away[k] -= std::round(away[k] / period[k]) * period[k];
+    node.z += 1.2F * std::exp(-away.length2() / 4);
+  }
+  YarnData truth = edited;
+  compute_yarn_light(truth, period, cell.wall_transmission, lines);
+  REQUIRE(relight_near_changes(edited, period, cell.wall_transmission, last, lines));
+  // Rows whose plies turn otherwise, as they are longer, have 4 % more or less light.
+  for (const bool below : {false, true}) {
+    const auto light = [&](const YarnData& data) {
+      return light_of_curves(data, below ? data.light_through : data.station_light);
+    };
+    const std::vector<double> was = light(before);
+    const std::vector<double> is = light(truth);
+    const std::vector<double> found = light(edited);
+    double largest_change = 0;
+    for (std::size_t c = 0; c < is.size(); ++c) {
+      CAPTURE(c);
+      CHECK(found[c] == doctest::Approx(is[c]).epsilon(0.05));
+      largest_change = std::max(largest_change, std::abs(was[c] / is[c] - 1));
+    }
+    CHECK(largest_change > 0.05);
+    CHECK(std::accumulate(found.begin(), found.end(), 0.0) ==
+          doctest::Approx(std::accumulate(is.begin(), is.end(), 0.0)).epsilon(0.02));
+  }
+
+  // Nothing has changed; all has; the cloth has another size.
+  YarnData same = cell.yarns;
+  REQUIRE(relight_near_changes(same, period, cell.wall_transmission, last, lines));
+  for (std::size_t i = 0; i < same.station_light.size(); ++i)
+    REQUIRE(same.station_light[i] == doctest::Approx(before.station_light[i]).epsilon(1e-3));
+  YarnData red = cell.yarns;
+  for (YarnCurve& curve : red.curves) curve.albedo = V3f(1, 0, 0);
+  CHECK_FALSE(relight_near_changes(red, period, cell.wall_transmission, last, lines));
+  CHECK_FALSE(relight_near_changes(same, period * 1.01F, cell.wall_transmission, last, lines));
 }

@@ -2,18 +2,49 @@
 
 #include <doctest/doctest.h>
 
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
 #include <sstream>
+#include <string>
+#include <vector>
 
+#include "converter/mesh/cell_mesh.h"
+#include "converter/stitch/find_cell.h"
+#include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "tests/converter/load_cell.h"
-#include "tests/converter/mesh_texts.h"
 #include "tests/format/files.h"
 #include "tests/require.h"
 
 using namespace selvedge;
-using namespace selvedge::testing;
 
 namespace {
+
+const MeshImportOptions two_by_two{.period = V2d(2, 2), .up_axis = UpAxis::z};
+
+/// `materials`: what colours.mtl beside it holds.
+CellMesh read_text(const std::string& name, const std::string& content,
+                   const MeshImportOptions& options = two_by_two, const std::string& materials = "") {
+  const test::Folder folder;
+  test::write_bytes(folder / "colours.mtl", materials);
+  test::write_bytes(folder / name, content);
+  return test::need(read_mesh(folder / name, options));
+}
+
+Error refusal(const std::string& name, const std::string& content,
+              const MeshImportOptions& options = two_by_two) {
+  const test::Folder folder;
+  test::write_bytes(folder / name, content);
+  const auto mesh = read_mesh(folder / name, options);
+  CAPTURE(content);
+  REQUIRE_FALSE(mesh);
+  CHECK(mesh.error().file == folder / name);
+  CHECK(to_line(mesh.error()).find('\n') == std::string::npos);
+  return mesh.error();
+}
 
 std::string ply_header(const std::string& format, int vertices, const std::string& properties, int faces,
                        const std::string& list = "list uchar int vertex_indices") {
@@ -29,6 +60,58 @@ const std::string triangle_rows = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 template <class T>
 void append(std::string& out, std::initializer_list<T> values) {
   for (const T value : values) out.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+/// Two triangles with a common side, red and green.
+void check_red_and_green(const CellMesh& mesh) {
+  REQUIRE(mesh.triangles.size() == 2);
+  CHECK(mesh.positions.size() == 6);  // two of the four corners are of two colours
+  for (std::size_t t = 0; t < 2; ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const V3f& albedo = mesh.albedo[mesh.triangles[t][k]];
+      CHECK(albedo == (t == 0 ? V3f(1, 0, 0) : V3f(0, 1, 0)));
+    }
+  }
+}
+
+/// A square of two triangles with colours of its faces, as PLY.
+std::string square_of(const std::string& type, const std::string& first, const std::string& second) {
+  std::string out =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 2\nproperty list uchar int vertex_indices\n";
+  for (const char* colour : {"red", "green", "blue"}) out += "property " + type + " " + colour + "\n";
+  return out + "end_header\n0 0 0\n1 0 0\n1 1 0.5\n0 1 0\n3 0 1 2 " + first + "\n3 0 2 3 " + second + "\n";
+}
+
+/// A coarse knit as a text of one of the formats, moved by `away`; all digits are written.
+std::string text_of(const std::string& format, const CellMesh& mesh, const V3d& away) {
+  const auto at = [&](int v) {
+    const V3d p = V3d(mesh.positions[v]) + away;
+    return fmt::format("{} {} {}", p.x, p.y, p.z);
+  };
+  const auto vertices = static_cast<int>(mesh.positions.size());
+  const std::size_t faces = mesh.triangles.size();
+  std::string out;
+  if (format == "ply")
+    out = fmt::format(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n"
+        "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        vertices, faces);
+  for (int v = 0; v < vertices; ++v) out += (format == "obj" ? "v " : "") + at(v) + "\n";
+  for (const V3i& t : mesh.triangles)
+    out += format == "obj" ? fmt::format("f {} {} {}\n", t.x + 1, t.y + 1, t.z + 1)
+                           : fmt::format("3 {} {} {}\n", t.x, t.y, t.z);
+  return out;
+}
+
+CellMesh triangle() {
+  CellMesh mesh;
+  mesh.period = {2, 3};
+  mesh.positions = {V3f(0, 0, -1), V3f(1, 0, 0), V3f(0, 2, 5)};
+  mesh.normals.assign(3, V3f(0, 0, 1));
+  mesh.albedo.assign(3, V3f(0.5F));
+  mesh.triangles.emplace_back(0, 1, 2);
+  return mesh;
 }
 
 }  // namespace
@@ -210,5 +293,166 @@ TEST_CASE("OBJ comments, continued lines, byte order marks and every kind of lin
     REQUIRE_MESSAGE(mesh, (mesh ? "" : to_line(mesh.error())));
     CHECK(mesh->positions.size() == 4);
     CHECK(mesh->triangles.size() == 2);
+  }
+}
+
+TEST_CASE("colours of faces are kept: PLY of bytes and floats, OBJ with its material file") {
+  check_red_and_green(read_text("bytes.ply", square_of("uchar", "255 0 0", "0 255 0")));
+  check_red_and_green(read_text("floats.ply", square_of("float", "1 0 0", "0 1 0")));
+  const std::string materials = "newmtl red one\nKd 1 0 0\n# x\nnewmtl green\nNs 3\nKd 0 1 0\n";
+  check_red_and_green(read_text("f.obj",
+                                "mtllib colours.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+                                "usemtl red one\nf 1 2 3\nusemtl green\nf 1 3 4\n",
+                                two_by_two, materials));
+  // Without its material file, and with one elsewhere, an OBJ file is grey.
+  for (const char* name : {"none.mtl", "../colours.mtl"})
+    CHECK(read_text("grey.obj",
+                    std::string("mtllib ") + name + "\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl green\nf 1 2 3\n",
+                    two_by_two, materials)
+              .albedo[0] == V3f(0.5F));
+}
+
+TEST_CASE("a vertex whose faces have one colour stays one, and normals are means over the whole") {
+  const CellMesh mesh = read_text("same.ply", square_of("uchar", "255 0 0", "255 0 0"));
+  CHECK(mesh.positions.size() == 4);
+  const CellMesh split = read_text("split.ply", square_of("uchar", "255 0 0", "0 0 255"));
+  REQUIRE(split.positions.size() == 6);
+  for (std::size_t v = 0; v < 6; ++v)
+    for (std::size_t w = 0; w < 4; ++w)
+      if (split.positions[v] == mesh.positions[w]) CHECK(split.normals[v] == mesh.normals[w]);
+}
+
+TEST_CASE("a mesh a million cells away is read as the one that is here") {
+  const auto knit = test::need(load_cell("plain-knit", {.cubes_across = 16}));
+  const MeshImportOptions options{.period = knit.period, .up_axis = UpAxis::z};
+  const V3d away(1e6 * knit.period.x, -1e6 * knit.period.y, 3e6);
+  for (const std::string format : {"obj", "ply"}) {
+    CAPTURE(format);
+    const CellMesh here = read_text("here." + format, text_of(format, knit, V3d(0)), options);
+    const CellMesh there = read_text("there." + format, text_of(format, knit, away), options);
+    CHECK(there.triangles.size() == here.triangles.size());
+    REQUIRE(there.positions.size() == here.positions.size());
+    // Up to whole periods and the height: once found from the first vertex, it is the same for all.
+    V3d shift = V3d(there.positions[0]) - V3d(here.positions[0]);
+    shift.x = std::round(shift.x / knit.period.x) * knit.period.x;
+    shift.y = std::round(shift.y / knit.period.y) * knit.period.y;
+    CHECK(std::abs(shift.x) + std::abs(shift.y) <= 2 * (knit.period.x + knit.period.y));
+    double most = 0;
+    for (std::size_t v = 0; v < here.positions.size(); ++v)
+      most = std::max(most, (V3d(there.positions[v]) - V3d(here.positions[v]) - shift).length());
+    // Half a last place of coordinates below 8 mm on either side, in three axes, and once in the shift.
+    CHECK(most <= 4 * std::sqrt(3.0) * 0x1p-22);
+  }
+}
+
+TEST_CASE("a mesh near the origin stays where it is, digit by digit") {
+  const CellMesh mesh = read_text("near.obj", "v -3 40.1 7\nv 1 40.1 7\nv 1 44 7.5\nf 1 2 3\n");
+  CHECK(mesh.positions[0] == V3f(-3, 40.1F, 7));
+  CHECK(mesh.positions[2] == V3f(1, 44, 7.5F));
+}
+
+TEST_CASE("a mesh comes near by whole periods from more than 64 times its size away") {
+  const auto corner = [](double x, double z) {
+    return read_text("corner.obj",
+                     fmt::format("v {} 0 {}\nv {} 1 {}\nv {} 1 {}\nf 1 2 3\n", x, z, x + 1, z + 1, x, z + 1))
+        .positions[0];
+  };
+  CHECK(corner(62.5, 0) == V3f(62.5F, 0, 0));
+  CHECK(corner(63.5, 0) == V3f(1.5F, 0, 0));
+  CHECK(corner(0, -63.5) == V3f(0, 0, -63.5F));
+  CHECK(corner(0.5, -64.5) == V3f(0.5F, 0, 0));
+}
+
+TEST_CASE("a mesh without extent has no period to guess") {
+  CHECK(to_line(refusal("line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", {}))
+            .ends_with(
+                "the mesh has no extent to guess its period from: give --period WxH in mm [MESH_INVALID]"));
+}
+
+TEST_CASE("period, unit and axis are guessed where they are not given, and where they come from is said") {
+  const auto chosen = [](const std::string& name, const std::string& text, const MeshImportOptions& options) {
+    const test::Folder folder;
+    test::write_bytes(folder / name, text);
+    MeshChoices choices;
+    const auto mesh = test::need(read_mesh(folder / name, options, &choices));
+    CHECK(mesh.period == choices.period);
+    return choices;
+  };
+  // 6 x 4 x 1, flat along z, y and x; then in metres.
+  const std::string flat_z = "v 0 0 0\nv 6 0 0\nv 0 4 1\nv 6 4 1\nf 1 2 3\nf 3 2 4\n";
+  const std::string flat_y = "v 0 0 0\nv 6 0 0\nv 0 1 4\nv 6 1 4\nf 1 2 3\nf 3 2 4\n";
+  const std::string flat_x = "v 0 0 0\nv 0 6 0\nv 1 0 4\nv 1 6 4\nf 1 2 3\nf 3 2 4\n";
+  const std::string metres = "v 0 0 0\nv .006 0 0\nv 0 .004 .001\nv .006 .004 .001\nf 1 2 3\nf 3 2 4\n";
+  for (const auto& [text, axis] :
+       {std::pair(flat_z, UpAxis::z), std::pair(flat_y, UpAxis::y), std::pair(flat_x, UpAxis::x)}) {
+    const MeshChoices choices = chosen("flat.obj", text, {});
+    CHECK(choices.up_axis == axis);
+    CHECK(choices.period == V2d(6, 4));
+    CHECK(choices.scale_to_mm == 1);
+    CHECK(choices.period_source == "guessed: the extent of the mesh");
+    CHECK(choices.scale_source == "guessed: millimetres");
+    CHECK(choices.up_axis_source.starts_with("guessed: "));
+  }
+  const MeshChoices small = chosen("small.obj", metres, {});
+  CHECK(small.scale_to_mm == 1000);
+  CHECK(small.period.x == doctest::Approx(6));
+  const MeshChoices given =
+      chosen("given.obj", flat_y, {.period = V2d(3, 2), .scale_to_mm = 0.5, .up_axis = UpAxis::z});
+  CHECK(given.period == V2d(3, 2));
+  CHECK(given.scale_to_mm == 0.5);
+  CHECK(given.up_axis == UpAxis::z);
+  for (const std::string& from : {given.period_source, given.scale_source, given.up_axis_source})
+    CHECK(from == "given");
+  const MeshChoices ours = chosen("ours.obj", "# period 5 x 3.8 mm\n" + metres, {});
+  CHECK(ours.period == V2d(5, 3.8));
+  CHECK(ours.scale_to_mm == 1);
+  CHECK(ours.period_source == "a comment in the file");
+}
+
+TEST_CASE("our own meshes are read back without options") {
+  const auto mesh = test::need(mesh_stitch(plain_weave(), {16}));
+  const test::Folder folder;
+  for (const std::string& path : {folder / "own.obj", folder / "own.ply"}) {
+    REQUIRE(write_mesh(path, mesh));
+    const auto again = test::need(read_mesh(path, {}));
+    CHECK(again.period == mesh.period);
+    CHECK(again.positions == mesh.positions);
+  }
+}
+
+TEST_CASE("the file's x axis may be the one out of the cloth") {
+  MeshImportOptions options{.period = V2d(2, 2), .up_axis = UpAxis::x};
+  const CellMesh mesh = read_text("x.obj", "v 1 2 3\nv 1 3 3\nv 1 2 4\nf 1 2 3\n", options);
+  CHECK(mesh.positions[0] == V3f(2, 3, 1));
+  CHECK(mesh.normals[0] == V3f(0, 0, 1));
+}
+
+TEST_CASE("bounds hold all vertices") {
+  const Imath::Box3f box = bounds_of(triangle());
+  CHECK(box.min == V3f(0, 0, -1));
+  CHECK(box.max == V3f(1, 2, 5));
+}
+
+TEST_CASE("a triangle is a valid mesh, and each broken rule is refused where it is broken") {
+  CHECK(validate(triangle(), "m"));
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  constexpr float infinite = std::numeric_limits<float>::infinity();
+  struct Case {
+    Code code;
+    const char* place;
+    std::function<void(CellMesh&)> change;
+  };
+  for (const auto& [code, place, change] : std::vector<Case>{
+           {Code::mesh_empty, "", [](CellMesh& m) { m.triangles.clear(); }},
+           {Code::mesh_not_finite, "vertex 1", [](CellMesh& m) { m.positions[1].y = nan; }},
+           {Code::mesh_not_finite, "vertex 1", [](CellMesh& m) { m.positions[1].y = infinite; }},
+           {Code::mesh_invalid, "period x", [](CellMesh& m) { m.period.x = 0; }},
+           {Code::mesh_invalid, "period y", [](CellMesh& m) { m.period.y = double{nan}; }}}) {
+    CellMesh mesh = triangle();
+    change(mesh);
+    const Error error = test::error_of(validate(mesh, "m"));
+    CHECK(error.file == "m");
+    CHECK(error.code == code);
+    CHECK(error.place == place);
   }
 }

@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "converter/stitch/fibres.h"
+#include "converter/stitch/find_cell.h"
 #include "converter/stitch/implicit_surface.h"
+#include "converter/stitch/parameters.h"
 #include "converter/stitch/pattern_json.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "format/base/atomic_file.h"
@@ -216,4 +218,89 @@ TEST_CASE("a stitch description on disk is found by its path and takes the param
   const auto set = find_stitch(path, {{"slack", {0}}});
   REQUIRE_FALSE(set);
   CHECK(set.error().place == "--set slack");
+}
+
+TEST_CASE("a name, a stitch description and a mesh file all give a cell") {
+  const test::Folder folder;
+  const MeshOptions options{16};
+  const auto built_in = test::need(load_cell("plain-weave", options));
+  REQUIRE(write_file(folder / "cell.json", to_json(plain_weave())));
+  REQUIRE(write_mesh(folder / "cell.ply", built_in));
+  CHECK(test::need(load_cell(folder / "cell.json", options)).positions == built_in.positions);
+  const auto imported = test::need(load_cell(folder / "cell.ply", options, {.period = V2d(2, 2)}));
+  CHECK(imported.positions == built_in.positions);
+  CHECK(imported.period == built_in.period);
+}
+
+TEST_CASE("a draft is known by its beginning, whatever its name is") {
+  const test::Folder folder;
+  const std::string draft =
+      "[Weaving]\nShafts=2\n[Warp]\nThreads=2\n[Weft]\nThreads=2\n[Threading]\n1=1\n2=2\n[Liftplan]\n1=1\n2="
+      "2\n";
+  for (const auto& [name, head] : {std::pair("twill.wif.txt", "[WIF]\r\n"),
+                                   {"twill.plm", "\n; PixeLoom\n\n[wif]\n"},
+                                   {"twill", "[WIF] ; 1.1\n"},
+                                   {"twill.WIF", "[CONTENTS]\n[WIF]\n"},
+                                   {"twill.json", "\xef\xbb\xbf[WIF]\n"}}) {
+    CAPTURE(name);
+    REQUIRE(write_file(folder / name, head + draft));
+    CellOptions options;
+    options.needs_stitch_mesh = false;
+    CHECK(test::need(find_cell(folder / name, options)).stitch->pattern.yarns.size() == 4);
+    CHECK(files_of_cell(folder / name).size() == (std::string(name) == "twill" ? 0 : 1));
+  }
+}
+
+TEST_CASE("each kind of name gives its own refusal") {
+  CHECK(load_cell("cable").error().code == Code::stitch_unknown);
+  CHECK(load_cell("no_such.json").error().code == Code::stitch_unknown);
+  CHECK(load_cell("no_such.txt").error().code == Code::stitch_unknown);
+  CHECK(load_cell("no_such.ply").error().code == Code::file_missing);
+  const test::Folder folder;
+  REQUIRE(write_file(folder / "machine.k", ";!knitout-2"));
+  CHECK(load_cell(folder / "machine.k").error().message ==
+        "files that end in \".k\" are not read: .wif are drafts, .txt charts, .json descriptions, .obj and "
+        ".ply "
+        "meshes");
+}
+
+TEST_CASE("settings are read from name=value") {
+  StitchSettings settings;
+  CHECK(parse_setting("wale_mm=2.5", settings));
+  CHECK(parse_setting("albedo=0.1,0.2,0.3", settings));
+  CHECK(settings["wale_mm"] == std::vector<double>{2.5});
+  CHECK(settings["albedo"] == std::vector<double>{0.1, 0.2, 0.3});
+  CHECK(parse_setting("colour=#ff8000", settings));
+  CHECK(settings["colour"][0] == 1);
+  CHECK(settings["colour"][1] == doctest::Approx(0.21586).epsilon(1e-4));  // sRGB's 128
+  CHECK(settings["colour"][2] == 0);
+  CHECK(parse_setting("warp_yarn=wool", settings));
+  CHECK(settings["warp_yarn"] == std::vector<double>{2});
+  for (const char* bad : {"colour=#ff800", "colour=#ff80zz", "colour=#-1-1-1", "yarn=wolo", "yarn=", "", "=",
+                          "=1", "wale_mm", "wale_mm=", "wale_mm=x", "wale_mm=1,2,3,4", "wale_mm=nan"}) {
+    CAPTURE(bad);
+    CHECK_FALSE(parse_setting(bad, settings));
+  }
+}
+
+TEST_CASE("settings are refused with the name, the range and the names that exist") {
+  const std::vector<StitchParameter> parameters{{"a", {1}, 0, 2, ""}, {"b", {1}, 0, 9, "", true}};
+  const auto line = [&](const StitchSettings& settings) {
+    const auto values = StitchValues::create("s", parameters, settings);
+    return values ? "accepted" : to_line(values.error());
+  };
+  CHECK(line({{"c", {1}}}) == "s: --set c: no such parameter (there are a, b) [OPTION_OUT_OF_RANGE]");
+  CHECK(line({{"a", {3}}}) == "s: --set a: must lie in 0 to 2, is 3 [OPTION_OUT_OF_RANGE]");
+  CHECK(line({{"a", {1, 1, 1}}}) == "s: --set a: takes 1 numbers, not 3 [OPTION_OUT_OF_RANGE]");
+  CHECK(line({{"b", {1.5}}}) == "s: --set b: must be a whole number, is 1.5 [OPTION_OUT_OF_RANGE]");
+}
+
+TEST_CASE("a fibre's surface reflects what Fresnel's equations say, and passes light on to the front") {
+  // Diffuse light on glass of index 1.5: 0.0918 (Duntley 1942, and tables since).
+  CHECK(diffuse_fresnel_reflectance(1.5) == doctest::Approx(0.0918).epsilon(2e-3));
+  CHECK(diffuse_fresnel_reflectance(1) == doctest::Approx(0));
+  // A weak lens turns light by 2 (n - 1) tan(asin h): within 15 degrees nearly everywhere.
+  CHECK(forward_transmitted_fraction(1.01) > 0.99);
+  // Glass: asin h - asin(h / 1.5) = 7.5 degrees at h = 0.377, less two reflections of 0.04 each.
+  CHECK(forward_transmitted_fraction(1.5) == doctest::Approx(0.377 * 0.96 * 0.96).epsilon(5e-3));
 }
