@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <optional>
 
 #include "format/scene/camera.h"
@@ -93,8 +92,5 @@ class RayCaster {
   V2i size_;
   const Camera& camera_;
 };
-
-/// How far a coordinate in texels is from the nearest edge between two.
-inline double to_edge(double texels) { return std::abs(texels - std::round(texels)); }
 
 }  // namespace selvedge::test

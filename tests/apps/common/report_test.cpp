@@ -2,8 +2,7 @@
 
 #include <doctest/doctest.h>
 
-namespace selvedge {
-namespace {
+using namespace selvedge;
 
 TEST_CASE("the text of a report is made of its members") {
   const Json json{{"name", "knit"},  {"bytes", 1234}, {"texels", {8, 16}},
@@ -18,6 +17,3 @@ TEST_CASE("columns of a table are as wide as their widest cell") {
   CHECK(table_text(rows, {{"level", "{level}"}, {"PSNR", "{db:.2f} dB"}}) ==
         "  level     PSNR\n      0  9.50 dB\n     10     - dB\n");
 }
-
-}  // namespace
-}  // namespace selvedge

@@ -8,6 +8,8 @@
 
 #include "tests/require.h"
 #include "tests/viewer/shapes.h"
+#include "viewer/scene/change_fabrics.h"
+#include "viewer/scene/materials.h"
 
 namespace selvedge {
 namespace {
@@ -198,6 +200,127 @@ TEST_CASE("a scene without triangles has no points, and none lie beyond 10^9 m")
   far.positions[0].x = 1.9e30F;  // an offset that was off by a byte
   test::add(scene, far, test::material(0));
   CHECK(test::error_of(world_points(scene)).code == Code::mesh_not_finite);
+}
+
+SceneImage pixel(float grey) {
+  Image image{1, 1, 3, {grey, grey, grey}};
+  const auto png = test::need(encode_png(image, Transfer::keep));
+  return {"pixel", "image/png", png};
+}
+
+TEST_CASE("a core material's textures know their coordinates, colours are linear and data are as stored") {
+  Scene scene;
+  SceneMaterial material;
+  material.base_color_texture.image = 0;
+  material.metallic_roughness_texture.image = 0;
+  material.normal_texture.image = 0;
+  material.normal_texture.transform.scale = V2d(3, 3);
+  material.normal_scale = 0.5F;
+  material.occlusion_texture.image = 0;
+  material.occlusion_texture.tex_coord = 1;
+  material.occlusion_texture.wrap_u = Wrap::clamp;
+  material.emissive_texture.image = 0;
+  material.emissive = V3f(1, 2, 3);
+  material.unlit = true;
+  scene.images = {pixel(0.5F)};
+  ScenePrimitive square = test::square(2);
+  square.tex_coords[1] = {V2d(0.5, 0.25), V2d(0, 0), V2d(1, 0), V2d(1, 1)};
+  test::add(scene, square, material);
+  const auto surfaces = test::need(build_surfaces(scene, V3d(0, 0, 0)));
+  std::vector<std::string> remarks;
+  const auto materials = materials_of(scene, surfaces, remarks);
+  CHECK(remarks.empty());
+  REQUIRE(materials.pbr.size() == 1);
+  const PbrMaterial& pbr = materials.pbr[0];
+  CHECK(pbr.base_color_texture.mapping == 0);
+  CHECK(pbr.metallic_roughness_texture.mapping == 0);
+  CHECK(pbr.normal_texture.mapping == 1);
+  CHECK(pbr.occlusion_texture.mapping == 2);
+  CHECK(pbr.occlusion_texture.wrap_u == Wrap::clamp);
+  CHECK(pbr.emissive_texture.mapping == 0);
+  CHECK(pbr.normal_scale == 0.5F);
+  CHECK(pbr.emissive == V3f(1, 2, 3));
+  CHECK(pbr.unlit);
+  // One file, two pictures: sRGB for colours, as stored for data.
+  CHECK(materials.pictures.size() == 2);
+  CHECK(pbr.base_color_texture.image == pbr.emissive_texture.image);
+  CHECK(pbr.normal_texture.image == pbr.occlusion_texture.image);
+  CHECK(materials.pictures[pbr.normal_texture.image].transfer == Transfer::keep);
+  CHECK(materials.pictures[pbr.base_color_texture.image].transfer == Transfer::srgb);
+  CHECK(materials.pictures[0].bytes == materials.pictures[1].bytes);
+  CHECK(materials.pictures[0].size == V2i(1, 1));
+  const Surface& surface = surfaces.front();
+  REQUIRE(surface.extra_uvs.size() == 2);
+  CHECK(surface.vertices[2].uv == V2f(2, 2));
+  CHECK(surface.extra_uvs[0][2] == V2f(6, 6));
+  CHECK(surface.extra_uvs[1][0] == V2f(0.5F, 0.25F));
+  CHECK(surface.vertices[0].tangent == V4f(1, 0, 0, 1));  // made for the normal texture
+}
+
+TEST_CASE("beside a fabric only occlusion and emission count") {
+  Scene scene;
+  SceneMaterial material = test::material(0);
+  material.base_color_texture.image = 0;
+  material.normal_texture.image = 0;
+  material.occlusion_texture.image = 0;
+  material.emissive = V3f(1, 1, 1);
+  scene.images = {pixel(1)};
+  test::add(scene, test::square(1), material);
+  const auto surfaces = test::need(build_surfaces(scene, V3d(0, 0, 0)));
+  std::vector<std::string> remarks;
+  const auto materials = materials_of(scene, surfaces, remarks);
+  const PbrMaterial& pbr = materials.pbr[0];
+  CHECK(pbr.base_color_texture.image == -1);
+  CHECK(pbr.normal_texture.image == -1);
+  CHECK(pbr.occlusion_texture.image == 0);
+  CHECK(pbr.emissive == V3f(1, 1, 1));
+}
+
+TEST_CASE("the default material is glTF's: white metal, rough") {
+  Scene scene;
+  test::add(scene, test::square(1), SceneMaterial{});
+  scene.primitives[0].material = -1;
+  const auto surfaces = test::need(build_surfaces(scene, V3d(0, 0, 0)));
+  std::vector<std::string> remarks;
+  const auto materials = materials_of(scene, surfaces, remarks);
+  CHECK(materials.pbr[0].metallic == 1);
+  CHECK(materials.pbr[0].roughness == 1);
+  CHECK(materials.surfaces[0].culls_back);
+}
+
+/// Millimetres on the cloth where a point of the garment's coordinates lies.
+V2d place_on_cloth(const Scene& scene, const Fabric& fabric, const V2d& uv) {
+  return scene.materials[0].fabric->transform.apply(uv) * V2d(fabric.period_mm);
+}
+
+TEST_CASE("a fitted fabric has larger stitches, and a quarter turn is one of millimetres") {
+  Fabric fabric;
+  fabric.period_mm = V2f(3, 5);
+  for (const double quarters : {0, 1, 2, 3}) {
+    Scene scene;
+    scene.materials.resize(2);
+    scene.materials[0].fabric = FabricReference{};
+    UvTransform& transform = scene.materials[0].fabric->transform;
+    transform.offset = V2d(0.2, -0.4);
+    transform.rotation = quarters * std::numbers::pi / 2;
+    transform.scale = V2d(40, 30);
+    scene.materials[0].garment_textures.tint = V3f(1, 0.5F, 1);
+    const Scene before = scene;
+    FabricFit fit;
+    fit.stitch_scale = 2.5;
+    fit.quarter_turns = 3;
+    fit.tint = V3f(0.5F, 0.5F, 2);
+    fit_fabrics(std::vector<FabricFit>{fit, {}}, std::vector<Fabric>{fabric}, scene);
+    CHECK(scene.materials[0].garment_textures.tint == V3f(0.5F, 0.25F, 2));
+    CHECK_FALSE(scene.materials[1].fabric.has_value());
+    for (const V2d& uv : {V2d(0, 0), V2d(1, 0), V2d(0.3, 0.9)}) {
+      const V2d was = place_on_cloth(before, fabric, uv);
+      const V2d is = place_on_cloth(scene, fabric, uv);
+      // Three turns of (x, y) -> (y, -x) are one of (x, y) -> (-y, x).
+      CHECK(is.x == doctest::Approx(-was.y / 2.5));
+      CHECK(is.y == doctest::Approx(was.x / 2.5));
+    }
+  }
 }
 
 }  // namespace
