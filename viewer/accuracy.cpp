@@ -10,7 +10,6 @@
 #include "format/base/guard.h"
 #include "format/base/parallel.h"
 #include "format/base/srgb.h"
-#include "format/picture/display.h"
 #include "viewer/scene/material.h"
 
 namespace selvedge {
@@ -23,20 +22,28 @@ constexpr int max_supersample = 8;
 constexpr double db_per_doubling = 6.5;
 
 template <class Encode>
-V3f display_value(const V4f& pixel, const Encode& encode) {
-  static const DisplayOptions display = default_display();
-  const V3f c = V3f(pixel.x, pixel.y, pixel.z) * display.exposure + *display.background * (1 - pixel.w);
+V3f display_value(const V4f& pixel, const DisplayOptions& display, const Encode& encode) {
+  const V3f c = display_colour(pixel, display);
   const auto encoded = [&](float x) { return encode(std::clamp(x, 0.0F, 1.0F)); };
   return {encoded(c.x), encoded(c.y), encoded(c.z)};
 }
-V3f display_value(const V4f& pixel) { return display_value(pixel, linear_to_srgb); }
+
+/// Square of the difference of two pixels as displayed.
+double square_error(const V4f& a, const V4f& b, const DisplayOptions& display) {
+  return (display_value(a, display, linear_to_srgb) - display_value(b, display, linear_to_srgb)).length2();
+}
+
+DisplayOptions over_white(DisplayOptions display) {
+  if (!display.background) display.background = V3f(1, 1, 1);
+  return display;
+}
 
 double decibels(double mean_square) { return -10 * std::log10(std::max(mean_square, 1e-20)); }
 
 /// Squares of the differences to the neighbours left and above, to which errors are proportional.
-double contrast_at(const Frame& frame, int x, int y) {
+double contrast_at(const Frame& frame, const DisplayOptions& display, int x, int y) {
   const auto value = [&](std::size_t i) {
-    return display_value(frame.pixels[i], [](float light) { return std::sqrt(light); });
+    return display_value(frame.pixels[i], display, [](float light) { return std::sqrt(light); });
   };
   const std::size_t i = static_cast<std::size_t>(y) * frame.width + x;
   const V3f here = value(i);
@@ -47,8 +54,14 @@ double contrast_at(const Frame& frame, int x, int y) {
 class Drawer {
  public:
   Drawer(Renderer& renderer, const FrameSize& size, const Camera& camera, const DrawOptions& options,
-         std::span<const Tints> tints, RenderStats& stats)
-      : renderer_(renderer), size_(size), camera_(camera), options_(options), tints_(tints), stats_(stats) {}
+         const DisplayOptions& display, std::span<const Tints> tints, RenderStats& stats)
+      : renderer_(renderer),
+        size_(size),
+        camera_(camera),
+        options_(options),
+        display_(display),
+        tints_(tints),
+        stats_(stats) {}
 
   std::span<const Tints> tints() const { return tints_; }
 
@@ -98,12 +111,14 @@ class Drawer {
     return std::max(rows / 2, 1) * 2;
   }
   const DrawOptions& options() const { return options_; }
+  const DisplayOptions& display() const { return display_; }
 
  private:
   Renderer& renderer_;
   const FrameSize& size_;
   const Camera& camera_;
   const DrawOptions& options_;
+  DisplayOptions display_;
   std::span<const Tints> tints_;
   RenderStats& stats_;
 };
@@ -182,7 +197,7 @@ class Probe {
     std::array<double, 2> sums{};            // everywhere, and in blocks
     for (int y = 1; y < size_.height; ++y) {
       for (int x = 1; x < size_.width; ++x) {
-        const double square = contrast_at(whole, x, y);
+        const double square = contrast_at(whole, drawer_.display(), x, y);
         sums[0] += square;
         if (taken_[block_row(y) + x / blocks_.block_size] != 0) sums[1] += square;
       }
@@ -229,7 +244,7 @@ class Probe {
     std::vector<double> squares(taken_.size());
     pixels_ = 0;
     for_each_pixel(taken_, [&](std::size_t i, std::size_t block) {
-      squares[block] += (display_value(a.pixels[i]) - display_value(b.pixels[i])).length2();
+      squares[block] += square_error(a.pixels[i], b.pixels[i], drawer_.display());
       pixels_ += 3;
     });
     return squares;
@@ -473,10 +488,10 @@ void accumulate(const RenderStats& one, RenderStats& sum) {
   if (one.remarks.size() >= sum.remarks.size()) sum.remarks = one.remarks;
 }
 
-double frame_psnr_db(const Frame& a, const Frame& b) {
+double frame_psnr_db(const Frame& a, const Frame& b, const DisplayOptions& display) {
   double square = 0;
   for (std::size_t i = 0; i < a.pixels.size(); ++i)
-    square += (display_value(a.pixels[i]) - display_value(b.pixels[i])).length2();
+    square += square_error(a.pixels[i], b.pixels[i], over_white(display));
   return decibels(square / (3.0 * static_cast<double>(a.pixels.size())));
 }
 
@@ -497,7 +512,7 @@ Result<std::vector<AccuratePicture>> draw_for_goal(Renderer& renderer, const Pic
                                                    std::vector<Frame>& frames, RenderStats& stats) {
   return catch_failure([&] {
     stats = {};
-    Drawer drawer(renderer, size, camera, options, tints, stats);
+    Drawer drawer(renderer, size, camera, options, over_white(goal.display), tints, stats);
     std::vector<AccuratePicture> pictures(tints.size(), {size.supersample});
     frames.resize(tints.size());
     if (goal.seconds)

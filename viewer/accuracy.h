@@ -1,7 +1,7 @@
 // Pictures as accurate as asked for, or as the time allows.
 //
-// A picture's accuracy is its PSNR against the same picture with 64 rays a pixel or more, display-encoded
-// (default_display()), peak 1. For an accuracy it is estimated from blocks of the picture, which are drawn
+// A picture's accuracy is its PSNR against the same picture with 64 rays a pixel or more, as displayed, peak
+// 1. For an accuracy it is estimated from blocks of the picture, which are drawn
 // also with twice as many rays along a pixel's side: halves of a picture's own rays share its cell images and
 // their places, and do not show what these lack. The blocks of a
 // picture for a time are drawn in what is left of it.
@@ -12,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "format/picture/display.h"
 #include "viewer/renderer.h"
 
 namespace selvedge {
@@ -20,16 +21,17 @@ namespace selvedge {
 /// either side, and pixels at least four.
 inline float image_samples(int supersample) { return 2 * static_cast<float>(std::max(supersample, 2)); }
 
-/// PSNR of two frames of one size, dB, as of pictures, above; at most 200.
-double frame_psnr_db(const Frame& a, const Frame& b);
+/// PSNR of two frames of one size, dB, as of pictures, above; at most 200. Without a background: over white.
+double frame_psnr_db(const Frame& a, const Frame& b, const DisplayOptions& display = default_display());
 
 /// dB of pictures that nobody asks more of: mostly 2 x 2 rays a pixel have them.
 inline constexpr double default_accuracy_db = 34;
 
 /// One wish for a picture, or none: the supersampling of the options.
 struct PictureGoal {
-  std::optional<double> accuracy_db;  ///< dB, above 0
-  std::optional<double> seconds;      ///< from the call on; a first picture is drawn in any case
+  std::optional<double> accuracy_db;           ///< dB, above 0
+  std::optional<double> seconds;               ///< from the call on; a first picture is drawn in any case
+  DisplayOptions display = default_display();  ///< of the picture, which accuracies are of
 };
 
 struct AccuratePicture {

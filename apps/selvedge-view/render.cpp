@@ -70,6 +70,7 @@ class Series {
         shot_(shot),
         goal_(command.goal),
         progress_("pictures", command.common.quiet) {
+    goal_.display = shot.look.display;
     std::vector<std::string> names;
     for (const ShotVariant& variant : shot.variants) names.push_back(variant.name);
     variant_names_ = file_safe(names);

@@ -83,15 +83,16 @@ V3f tone_map(ToneCurve curve, const V3f& colour) {
 DisplayOptions default_display() { return {std::numbers::pi_v<float>, ToneCurve::none, V3f(0.18F)}; }
 DisplayOptions environment_display() { return {1, ToneCurve::neutral, V3f(0.8F)}; }
 
+V3f display_colour(const V4f& pixel, const DisplayOptions& options) {
+  return premultiplied_colour(pixel, options) + options.background.value_or(V3f(0, 0, 0)) * (1 - pixel.w);
+}
+
 Image to_display_image(const Frame& frame, const DisplayOptions& options) {
   Image image{frame.width, frame.height, options.background ? 3 : 4, {}};
   image.pixels.reserve(frame.pixels.size() * image.channels);
   for (const V4f& p : frame.pixels) {
-    V3f colour = premultiplied_colour(p, options);
-    if (options.background)
-      colour += *options.background * (1 - p.w);
-    else if (p.w > 0)
-      colour /= p.w;
+    V3f colour = display_colour(p, options);
+    if (!options.background && p.w > 0) colour /= p.w;
     image.pixels.insert(image.pixels.end(), {colour.x, colour.y, colour.z});
     if (!options.background) image.pixels.push_back(p.w);
   }
@@ -100,13 +101,11 @@ Image to_display_image(const Frame& frame, const DisplayOptions& options) {
 
 void to_display_bytes(const Frame& frame, const DisplayOptions& options, std::vector<std::uint8_t>& bytes) {
   const std::vector<std::uint8_t>& table = srgb_table();
-  const V3f background = options.background.value_or(V3f(0, 0, 0));
   const std::size_t width = frame.width;
   bytes.resize(frame.pixels.size() * 4);
   parallel_for(0, frame.height, [&](int y) {
     for (std::size_t i = y * width; i < (y + 1) * width; ++i) {
-      const V4f& p = frame.pixels[i];
-      const V3f colour = premultiplied_colour(p, options) + background * (1 - p.w);
+      const V3f colour = display_colour(frame.pixels[i], options);
       for (int c = 0; c < 3; ++c) {
         const float clipped = colour[c] > 0 ? std::min(colour[c], 1.0F) : 0.0F;  // NaN becomes 0
         bytes[4 * i + c] = table[std::min(static_cast<int>(clipped * table_size), table_size - 1)];

@@ -37,6 +37,9 @@ DisplayOptions default_display();
 /// The default in an environment: saturated colours stay, before a light backdrop.
 DisplayOptions environment_display();
 
+/// Linear display value of a pixel over the background, or without one over black; not clipped.
+V3f display_colour(const V4f& pixel, const DisplayOptions& options);
+
 /// Linear display values: three channels over the background, or without one four channels, not
 /// premultiplied. Values above 1 are not clipped.
 Image to_display_image(const Frame& frame, const DisplayOptions& options);

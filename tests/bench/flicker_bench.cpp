@@ -103,6 +103,7 @@ class Scenes {
       const Camera camera = need(make_camera(box(), aspect, view(pixels, t)));
       PictureGoal goal;
       if (!as_truth) goal.accuracy_db = default_accuracy_db;
+      goal.display = environment_display();
       Frame frame;
       RenderStats stats;
       need(draw_for_goal(*renderer, goal, options, camera, options, frame, stats));

@@ -216,7 +216,7 @@ Result<bool> ShowPicture::refine(const ShowState& state, const std::atomic<bool>
                              static_cast<float>(n * n);
     }
   }
-  if (refined_ == n * n) drawn_.accuracy_db = frame_psnr_db(sides_[0].first, sides_[0].frame);
+  if (refined_ == n * n) drawn_.accuracy_db = frame_psnr_db(sides_[0].first, sides_[0].frame, state.display);
   display(state);
   return true;
 }
