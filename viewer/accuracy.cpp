@@ -38,6 +38,15 @@ DisplayOptions over_white(DisplayOptions display) {
   return display;
 }
 
+/// Rays along a pixel's side, and CellImageOptions::max_patch_rays.
+struct Rays {
+  int side = 1;
+  float max_patch = CellImageOptions{}.max_patch_rays;
+  auto operator<=>(const Rays&) const = default;
+};
+/// More accurate than 2 x 2 rays and not much dearer: what makes pictures dear is the number of patches.
+constexpr std::array<Rays, 2> many_on_coarse_patches{{{4, 2.4F}, {4, 3.2F}}};
+
 double decibels(double mean_square) { return -10 * std::log10(std::max(mean_square, 1e-20)); }
 
 /// Squares of the differences to the neighbours left and above, to which errors are proportional.
@@ -67,14 +76,15 @@ class Drawer {
 
   /// Draws the whole pictures; with `blocks` only their pixels, without a place in the statistics but their
   /// times. Throws a Failure.
-  void draw(int supersample, const FrameBlocks* blocks, std::span<const Tints> tints,
+  void draw(const Rays& rays, const FrameBlocks* blocks, std::span<const Tints> tints,
             std::vector<Frame>& frames) {
     FrameSize size = size_;
-    size.supersample = supersample;
+    size.supersample = rays.side;
     // Bands without blocks are not drawn.
-    size.band_rows = blocks != nullptr ? blocks->block_size : band_rows(supersample);
+    size.band_rows = blocks != nullptr ? blocks->block_size : band_rows(rays.side);
     DrawOptions options = options_;
-    options.cells.samples_per_pixel_side = image_samples(supersample);
+    options.cells.samples_per_pixel_side = image_samples(rays.side);
+    options.cells.max_patch_rays = rays.max_patch;
     options.blocks = blocks;
     const RenderStats stats = draw(size, options, tints, frames);
     if (blocks == nullptr) keep(stats);
@@ -128,14 +138,14 @@ struct DrawnBlocks {
   std::vector<Frame> frames;
   std::vector<std::uint8_t> blocks;
 };
-using BlocksBySupersample = std::map<int, DrawnBlocks>;
+using BlocksByRays = std::map<Rays, DrawnBlocks>;
 
-/// Blocks of one of the pictures, spread evenly over it, drawn with several supersamplings: as many as it
+/// Blocks of one of the pictures, spread evenly over it, drawn with several numbers of rays: as many as it
 /// takes until the standard error of an estimate is small.
 class Probe {
  public:
   /// `drawn` is shared by the pictures.
-  Probe(Drawer& drawer, const FrameSize& size, std::size_t picture, BlocksBySupersample& drawn)
+  Probe(Drawer& drawer, const FrameSize& size, std::size_t picture, BlocksByRays& drawn)
       : drawer_(drawer), size_(size), picture_(picture), drawn_(drawn) {
     blocks_.columns = (size.width + blocks_.block_size - 1) / blocks_.block_size;
     const int rows = (size.height + blocks_.block_size - 1) / blocks_.block_size;
@@ -145,9 +155,9 @@ class Probe {
     all_ = static_cast<std::size_t>(blocks_.columns) * (rows / row_step_);
   }
 
-  /// dB of the picture with some supersampling compared with another one. Less exact where it is clearly
+  /// dB of the picture with some rays compared with others. Less exact where it is clearly
   /// below or above these.
-  double accuracy(int supersample, int reference, double below = 0, double above = HUGE_VAL) {
+  double accuracy(const Rays& rays, const Rays& reference, double below = 0, double above = HUGE_VAL) {
     // Chosen on random pictures of tests/bench/accuracy.mjs, so that an estimate costs a tenth of a picture.
     constexpr std::size_t first_blocks = 24;
     constexpr std::size_t min_blocks = 16;          // that show something
@@ -165,7 +175,7 @@ class Probe {
       double sum = 0;
       double squares = 0;
       shown = 0;  // blocks with something in them: others cost nothing, and say little
-      for (const double square : block_errors(supersample, reference)) {
+      for (const double square : block_errors(rays, reference)) {
         sum += square;
         squares += square * square;
         shown += square > 0 ? 1 : 0;
@@ -187,8 +197,8 @@ class Probe {
   }
 
   /// A whole picture, of which no blocks are drawn.
-  void take_whole(int supersample, const Frame& frame) {
-    drawn_[supersample] = {{frame}, std::vector<std::uint8_t>(taken_.size(), 1)};
+  void take_whole(const Rays& rays, const Frame& frame) {
+    drawn_[rays] = {{frame}, std::vector<std::uint8_t>(taken_.size(), 1)};
   }
 
   /// dB by which a whole picture is more accurate than its blocks, as far as their contrasts differ.
@@ -238,8 +248,8 @@ class Probe {
   }
 
   /// Squares of the differences of the blocks that are taken, and how many there are.
-  std::vector<double> block_errors(int supersample, int reference) {
-    const Frame& a = drawn(supersample);
+  std::vector<double> block_errors(const Rays& rays, const Rays& reference) {
+    const Frame& a = drawn(rays);
     const Frame& b = drawn(reference);
     std::vector<double> squares(taken_.size());
     pixels_ = 0;
@@ -251,14 +261,14 @@ class Probe {
   }
 
   /// The picture at the blocks that are taken.
-  const Frame& drawn(int supersample) {
-    DrawnBlocks& known = drawn_[supersample];
+  const Frame& drawn(const Rays& rays) {
+    DrawnBlocks& known = drawn_[rays];
     known.blocks.resize(taken_.size());
     for (std::size_t i = 0; i < taken_.size(); ++i)
       blocks_.is_drawn[i] = taken_[i] != 0 && known.blocks[i] == 0 ? 1 : 0;
     if (std::ranges::find(blocks_.is_drawn, 1) == blocks_.is_drawn.end()) return known.frames[picture_];
     std::vector<Frame> more;
-    drawer_.draw(supersample, &blocks_, drawer_.tints(), more);
+    drawer_.draw(rays, &blocks_, drawer_.tints(), more);
     if (known.frames.empty()) known.frames = more;
     for_each_pixel(blocks_.is_drawn, [&](std::size_t i, std::size_t) {
       for (std::size_t k = 0; k < more.size(); ++k) known.frames[k].pixels[i] = more[k].pixels[i];
@@ -276,53 +286,56 @@ class Probe {
   std::size_t count_ = 0;  ///< of taken_
   int next_ = 1;
   std::size_t picture_;
-  BlocksBySupersample& drawn_;
+  BlocksByRays& drawn_;
   std::size_t pixels_ = 0;  ///< of taken_, channels counted
 };
 
-/// The least supersampling that has an accuracy, dB.
-AccuratePicture choose_rays(const Drawer& drawer, double wanted, Probe& probe) {
-  AccuratePicture picture{std::min(2, drawer.limit())};
-  if (drawer.limit() >= 4) {
-    const auto is_enough = [&](int supersample, double decibels) {
-      picture.supersample = supersample;
-      picture.accuracy_db = decibels;
-      return decibels >= wanted;
-    };
-    const double db_2x2 = probe.accuracy(2, 4, wanted, wanted);
-    if (!is_enough(2, db_2x2)) {
-      const bool has_eight = drawer.limit() >= 8;
-      const double db_4x4 = has_eight ? probe.accuracy(4, 8) : db_2x2 + db_per_doubling;
-      const double db_2x2_vs_8x8 = has_eight ? probe.accuracy(2, 8) : db_2x2;
-      // In between, accuracy goes with the logarithm of the rays.
-      for (const int supersample : {3, 4, 6, max_supersample})
-        if (supersample > drawer.limit() ||
-            is_enough(supersample, db_4x4 + (db_4x4 - db_2x2_vs_8x8) * std::log2(supersample / 4.0)))
-          break;
-    }
+/// The least rays that have an accuracy, dB, which is estimated in `picture`.
+Rays choose_rays(const Drawer& drawer, double wanted, Probe& probe, AccuratePicture& picture) {
+  Rays rays{std::min(2, drawer.limit())};
+  if (drawer.limit() < 4) return rays;
+  const auto is_enough = [&](const Rays& tried, double decibels) {
+    rays = tried;
+    picture.accuracy_db = decibels;
+    return decibels >= wanted;
+  };
+  const double db_2x2 = probe.accuracy({2}, {4}, wanted, wanted);
+  if (is_enough({2}, db_2x2)) return rays;
+  for (const Rays& coarse : many_on_coarse_patches) {
+    const double square = std::pow(10, -probe.accuracy(coarse, {4}, wanted, wanted) / 10);
+    // The reference has errors of its own.
+    if (is_enough(coarse, decibels(square + std::pow(10, -(db_2x2 + db_per_doubling) / 10)))) return rays;
   }
-  return picture;
+  const bool has_eight = drawer.limit() >= 8;
+  const double db_4x4 = has_eight ? probe.accuracy({4}, {8}) : db_2x2 + db_per_doubling;
+  const double db_2x2_vs_8x8 = has_eight ? probe.accuracy({2}, {8}) : db_2x2;
+  // In between, accuracy goes with the logarithm of the rays.
+  for (const int side : {4, 6, max_supersample})
+    if (side > drawer.limit() || is_enough({side}, db_4x4 + (db_4x4 - db_2x2_vs_8x8) * std::log2(side / 4.0)))
+      break;
+  return rays;
 }
 
-/// Draws pictures with the least supersampling that each needs for an accuracy, dB.
+/// Draws pictures with the least rays that each needs for an accuracy, dB.
 std::vector<AccuratePicture> draw_accurate(Drawer& drawer, double wanted, const FrameSize& size,
                                            std::vector<Frame>& frames) {
   const std::span<const Tints> tints = drawer.tints();
-  std::vector<AccuratePicture> pictures;
+  std::vector<AccuratePicture> pictures(tints.size());
   std::vector<Probe> probes;
-  BlocksBySupersample drawn;
-  std::map<int, std::vector<std::size_t>> by_rays;
+  BlocksByRays drawn;
+  std::map<Rays, std::vector<std::size_t>> by_rays;
   for (std::size_t i = 0; i < tints.size(); ++i) {
-    pictures.push_back(choose_rays(drawer, wanted, probes.emplace_back(drawer, size, i, drawn)));
-    by_rays[pictures.back().supersample].push_back(i);
+    const Rays rays = choose_rays(drawer, wanted, probes.emplace_back(drawer, size, i, drawn), pictures[i]);
+    pictures[i].supersample = rays.side;
+    by_rays[rays].push_back(i);
   }
   drawn.clear();
   frames.resize(tints.size());
-  for (const auto& [supersample, numbers] : by_rays) {
+  for (const auto& [rays, numbers] : by_rays) {
     std::vector<Tints> chosen;
     for (const std::size_t i : numbers) chosen.push_back(tints[i]);
     std::vector<Frame> made;
-    drawer.draw(supersample, nullptr, chosen, made);
+    drawer.draw(rays, nullptr, chosen, made);
     for (std::size_t k = 0; k < numbers.size(); ++k) frames[numbers[k]] = std::move(made[k]);
   }
   for (std::size_t i = 0; i < tints.size(); ++i)
@@ -415,12 +428,12 @@ std::optional<double> accuracy_of(const Frame& frame, int supersample, Drawer& d
                                   const FrameSize& size) {
   const int reference = std::min(2 * supersample, drawer.limit());
   if (reference < 2 * supersample && drawer.limit() < max_supersample) return std::nullopt;
-  BlocksBySupersample drawn;
+  BlocksByRays drawn;
   Probe probe(drawer, size, 0, drawn);
-  if (2 * supersample <= max_supersample) probe.take_whole(supersample, frame);
+  if (2 * supersample <= max_supersample) probe.take_whole({supersample}, frame);
   // Beyond half of max_supersample no reference has twice the rays: what more rays give is added.
   const int compared = std::min(supersample, max_supersample / 2);
-  const double accuracy = probe.accuracy(compared, reference) +
+  const double accuracy = probe.accuracy({compared}, {reference}) +
                           db_per_doubling * std::log2(static_cast<double>(supersample) / compared);
   return drawer.options().is_interrupted() ? std::nullopt
                                            : std::optional(accuracy + probe.correction_db(frame));
@@ -520,7 +533,7 @@ Result<std::vector<AccuratePicture>> draw_for_goal(Renderer& renderer, const Pic
     else if (goal.accuracy_db)
       pictures = draw_accurate(drawer, *goal.accuracy_db, size, frames);
     else
-      drawer.draw(size.supersample, nullptr, tints, frames);
+      drawer.draw({size.supersample}, nullptr, tints, frames);
     FrameSize left = size;
     left.supersample = pictures[0].supersample;
     left.band_rows = drawer.band_rows(left.supersample);

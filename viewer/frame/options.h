@@ -64,6 +64,7 @@ struct PatchLimits {
 /// How cell images are made and kept (viewer/cells). The defaults are for pictures at rest.
 struct CellImageOptions {
   float samples_per_pixel_side = 4;  ///< of an image along a pixel's side
+  float max_patch_rays = 16;         ///< along a pixel's side: more make patches no finer
   PatchLimits patches;
   bool has_hairs_behind = true;  ///< also on what only shows behind other surfaces
   // As in CellView.
