@@ -1,6 +1,7 @@
 #include "viewer/accuracy.h"
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -47,6 +48,9 @@ struct Rays {
 /// More accurate than 2 x 2 rays and not much dearer: what makes pictures dear is the number of patches.
 constexpr std::array<Rays, 2> many_on_coarse_patches{{{4, 2.4F}, {4, 3.2F}}};
 
+/// Rays of pixels through whose holes something else shows, where 2 x 2 do for the others.
+constexpr Rays hole_rays{max_supersample, 2};
+
 double decibels(double mean_square) { return -10 * std::log10(std::max(mean_square, 1e-20)); }
 
 /// Squares of the differences to the neighbours left and above, to which errors are proportional.
@@ -57,6 +61,37 @@ double contrast_at(const Frame& frame, const DisplayOptions& display, int x, int
   const std::size_t i = static_cast<std::size_t>(y) * frame.width + x;
   const V3f here = value(i);
   return (here - value(i - 1)).length2() + (here - value(i - frame.width)).length2();
+}
+
+/// Marks pixels of cloth in which what lies behind shows strongly, and with them the outlines of cloth; none
+/// where the former are so few that a further picture is not worth its setting-up.
+std::vector<std::uint8_t> find_holes(const Frame& frame, const DisplayOptions& display) {
+  constexpr float visible = 12.0F / 255;
+  constexpr int min_share = 32;
+  std::vector<std::uint8_t> found(frame.pixels.size());
+  const auto is_cloth = [&](int x, int y) {  // shadows on the floor are black
+    const V4f& pixel = frame.pixels[static_cast<std::size_t>(y) * frame.width + x];
+    return pixel.x + pixel.y + pixel.z > 0;
+  };
+  std::atomic<int> holes = 0, cloth = 0;
+  parallel_for(0, frame.height, [&](int y) {
+    for (int x = 0; x < frame.width; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * frame.width + x;
+      const V4f& pixel = frame.pixels[i];
+      const bool is_here = is_cloth(x, y);
+      for (int v = std::max(y - 1, 0); v <= std::min(y + 1, frame.height - 1); ++v)
+        for (int u = std::max(x - 1, 0); u <= std::min(x + 1, frame.width - 1); ++u)
+          if (is_cloth(u, v) != is_here) found[i] = 1;
+      if (found[i] != 0 || !is_here) continue;
+      ++cloth;
+      const V3f change = display_value(pixel, display, linear_to_srgb) -
+                         display_value(pixel / pixel.w, display, linear_to_srgb);
+      if (std::max({std::abs(change.x), std::abs(change.y), std::abs(change.z)}) < visible) continue;
+      found[i] = 1;
+      ++holes;
+    }
+  });
+  return min_share * holes > cloth ? found : std::vector<std::uint8_t>();
 }
 
 /// Draws a view with any supersampling.
@@ -81,13 +116,27 @@ class Drawer {
     FrameSize size = size_;
     size.supersample = rays.side;
     // Bands without blocks are not drawn.
-    size.band_rows = blocks != nullptr ? blocks->block_size : band_rows(rays.side);
+    size.band_rows = blocks != nullptr ? 8 : band_rows(rays.side);
     DrawOptions options = options_;
     options.cells.samples_per_pixel_side = image_samples(rays.side);
     options.cells.max_patch_rays = rays.max_patch;
+    // Few bands share images of single pixels.
+    if (blocks != nullptr && blocks->block_size == 1) options.cells.memory_bytes /= 4;
     options.blocks = blocks;
     const RenderStats stats = draw(size, options, tints, frames);
     if (blocks == nullptr) keep(stats);
+  }
+  /// Draws these pixels of a picture again.
+  void draw_again(const Rays& rays, const std::vector<std::uint8_t>& pixels, std::span<const Tints> tint,
+                  Frame& frame) {
+    const auto width = static_cast<std::size_t>(size_.width);
+    FrameBlocks blocks{1, size_.width, {}};
+    for (std::size_t row = size_.height; row-- > 0;)
+      blocks.is_drawn.insert(blocks.is_drawn.end(), &pixels[row * width], &pixels[row * width] + width);
+    std::vector<Frame> again;
+    draw(rays, &blocks, tint, again);
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+      if (pixels[i] != 0) frame.pixels[i] = again[0].pixels[i];
   }
   /// The same with any options. Adds to the times of the statistics; returns the frame's own ones.
   RenderStats draw(const FrameSize& size, const DrawOptions& options, std::span<const Tints> tints,
@@ -196,6 +245,23 @@ class Probe {
     }
   }
 
+  bool has_errors() const { return !errors_.empty(); }
+  /// Keeps the errors of pixels compared with others.
+  void keep_errors(const Rays& rays, const Rays& reference) {
+    const Frame& a = drawn(rays);
+    const Frame& b = drawn(reference);
+    for_each_pixel(taken_, [&](std::size_t i, std::size_t) {
+      errors_.push_back({i, square_error(a.pixels[i], b.pixels[i], drawer_.display())});
+    });
+  }
+  /// By those, dB of the picture with these pixels drawn again with hole_rays.
+  double accuracy_without(const std::vector<std::uint8_t>& pixels) const {
+    constexpr double left = 0.08;  // of squares, on a plain knit
+    double sum = 0;
+    for (const auto& [i, square] : errors_) sum += square * (pixels[i] != 0 ? left : 1);
+    return decibels(sum / (3 * static_cast<double>(errors_.size())));
+  }
+
   /// A whole picture, of which no blocks are drawn.
   void take_whole(const Rays& rays, const Frame& frame) {
     drawn_[rays] = {{frame}, std::vector<std::uint8_t>(taken_.size(), 1)};
@@ -287,7 +353,8 @@ class Probe {
   int next_ = 1;
   std::size_t picture_;
   BlocksByRays& drawn_;
-  std::size_t pixels_ = 0;  ///< of taken_, channels counted
+  std::size_t pixels_ = 0;                              ///< of taken_, channels counted
+  std::vector<std::pair<std::size_t, double>> errors_;  ///< of keep_errors(), by pixel
 };
 
 /// The least rays that have an accuracy, dB, which is estimated in `picture`.
@@ -306,6 +373,8 @@ Rays choose_rays(const Drawer& drawer, double wanted, Probe& probe, AccuratePict
     // The reference has errors of its own.
     if (is_enough(coarse, decibels(square + std::pow(10, -(db_2x2 + db_per_doubling) / 10)))) return rays;
   }
+  constexpr double clear_db = 1;
+  if (is_enough({4}, db_2x2 + db_per_doubling) && picture.accuracy_db >= wanted + clear_db) return rays;
   const bool has_eight = drawer.limit() >= 8;
   const double db_4x4 = has_eight ? probe.accuracy({4}, {8}) : db_2x2 + db_per_doubling;
   const double db_2x2_vs_8x8 = has_eight ? probe.accuracy({2}, {8}) : db_2x2;
@@ -328,6 +397,7 @@ std::vector<AccuratePicture> draw_accurate(Drawer& drawer, double wanted, const 
     const Rays rays = choose_rays(drawer, wanted, probes.emplace_back(drawer, size, i, drawn), pictures[i]);
     pictures[i].supersample = rays.side;
     by_rays[rays].push_back(i);
+    if (rays.side == 2 && pictures[i].accuracy_db >= default_accuracy_db) probes[i].keep_errors({2}, {4});
   }
   drawn.clear();
   frames.resize(tints.size());
@@ -338,8 +408,18 @@ std::vector<AccuratePicture> draw_accurate(Drawer& drawer, double wanted, const 
     drawer.draw(rays, nullptr, chosen, made);
     for (std::size_t k = 0; k < numbers.size(); ++k) frames[numbers[k]] = std::move(made[k]);
   }
-  for (std::size_t i = 0; i < tints.size(); ++i)
-    if (pictures[i].accuracy_db > 0) pictures[i].accuracy_db += probes[i].correction_db(frames[i]);
+  for (std::size_t i = 0; i < tints.size(); ++i) {
+    if (!(pictures[i].accuracy_db > 0)) continue;
+    const double correction = probes[i].correction_db(frames[i]);
+    if (probes[i].has_errors()) {
+      const std::vector<std::uint8_t> holes = find_holes(frames[i], drawer.display());
+      if (!holes.empty()) {
+        pictures[i].accuracy_db = probes[i].accuracy_without(holes);
+        drawer.draw_again(hole_rays, holes, tints.subspan(i, 1), frames[i]);
+      }
+    }
+    pictures[i].accuracy_db += correction;
+  }
   return pictures;
 }
 

@@ -1,10 +1,9 @@
 // Pictures as accurate as asked for, or as the time allows.
 //
 // A picture's accuracy is its PSNR against the same picture with 64 rays a pixel or more, as displayed, peak
-// 1. For an accuracy it is estimated from blocks of the picture, which are drawn
-// also with twice as many rays along a pixel's side: halves of a picture's own rays share its cell images and
-// their places, and do not show what these lack. The blocks of a
-// picture for a time are drawn in what is left of it.
+// 1. For an accuracy it is estimated from blocks of the picture, which are drawn also with twice as many rays
+// along a pixel's side: halves of a picture's own rays share its cell images and their places, and do not
+// show what these lack. The blocks of a picture for a time are drawn in what is left of it.
 #pragma once
 
 #include <algorithm>

@@ -58,6 +58,43 @@ TEST_CASE("an estimated accuracy is near the true one, and at least what was ask
   }
 }
 
+TEST_CASE("dark cloth in whose holes a bright floor shows has no pixel brighter than with 64 rays") {
+  Ball ball;
+  ball.fabrics = {test::lambert_fabric(8, V3f(0.02F), 0.9F)};
+  ball.options.width = ball.options.height = 120;
+  const Camera camera = test::camera_for(ball.scene, ball.options);
+  DisplayOptions display = default_display();
+  display.background = V3f(0.8F);
+  const auto renderer = test::need(Renderer::create(ball.scene, ball.fabrics, ball.options));
+  const auto draw = [&](int supersample, const PictureGoal& goal, AccuratePicture& picture) {
+    FrameSize size = ball.options;
+    size.supersample = supersample;
+    DrawOptions options = ball.options;
+    options.cells.samples_per_pixel_side = image_samples(supersample);
+    Frame frame;
+    RenderStats stats;
+    picture = test::need(draw_for_goal(*renderer, goal, size, camera, options, frame, stats));
+    return frame;
+  };
+  AccuratePicture picture, other;
+  const Frame truth = draw(8, {}, other);
+  const auto specks = [&](const Frame& frame) {
+    std::vector<std::uint8_t> shown, true_bytes;
+    to_display_bytes(frame, display, shown);
+    to_display_bytes(truth, display, true_bytes);
+    int count = 0;
+    for (std::size_t i = 0; i < shown.size(); ++i) count += shown[i] > true_bytes[i] + 12 ? 1 : 0;
+    return count;
+  };
+  CHECK(specks(draw(2, {}, other)) > 0);
+  const Frame frame = draw(1, {default_accuracy_db, {}, display}, picture);
+  CHECK(specks(frame) == 0);
+  const double true_db = frame_psnr_db(frame, truth, display);
+  MESSAGE(picture.accuracy_db, " dB estimated, ", true_db, " true, ", picture.supersample);
+  CHECK(picture.supersample == 2);
+  CHECK(true_db > default_accuracy_db);
+}
+
 TEST_CASE("the smallest pictures end, and what shows nothing is exact") {
   Ball ball;
   for (const V2i& size : {V2i(1, 1), V2i(3, 9), V2i(40, 20)}) {

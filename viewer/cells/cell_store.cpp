@@ -201,20 +201,7 @@ void CellStore::begin(const CellFrame& frame) {
   levels_ = frame.options.levels;
   has_windows_ = frame.crops_to_parts;
   may_be_late_ = frame.may_show_parents;
-  // Samples, texels of shadows and detail are of a pixel of the picture.
-  const float fraction = levels_.footprint_pixels / static_cast<float>(frame.supersample);
-  for (float* per_pixel :
-       {&options_.samples_per_pixel_side, &options_.shadow_texels_per_pixel, &options_.rays_per_pixel_side})
-    *per_pixel *= fraction;
-  // Patches of many rays are as fine as those of fewer.
-  const float finer = std::max(static_cast<float>(frame.supersample) / options_.max_patch_rays, 1.0F);
-  for (float* pixels : {&options_.patches.max_side_pixels, &options_.patches.max_turn_degree_pixels,
-                        &options_.patches.max_outline_pixels, &options_.patches.max_offset_pixels,
-                        &options_.max_piece_pixels})
-    *pixels *= finer;
-  const float patch_fraction = std::min(2 * fraction * finer, 1.0F);
-  options_.patches.max_turn_degrees *= patch_fraction;
-  options_.patches.max_offset_area *= patch_fraction * std::pow(levels_.footprint_pixels * finer, 2.F);
+  options_.take_pixels_of_frame(frame.supersample, levels_.footprint_pixels);
   lights_ = frame.lights;
   lights_.origin = origin_;
   frame_ = call_ + 1;

@@ -80,6 +80,21 @@ struct CellImageOptions {
   float min_transparency = 0.5F / 255;  ///< of a pixel, for surfaces behind it to be drawn
   std::size_t memory_bytes = std::size_t{256}
                              << 20;  ///< bytes of all images; their shadow grids take a quarter more
+
+  /// Converts samples, texels of shadows and detail from pixels of the picture to pixels of the frame, and
+  /// the limits of patches to frames of more than max_patch_rays.
+  void take_pixels_of_frame(int supersample, float footprint_pixels) {
+    const float fraction = footprint_pixels / static_cast<float>(supersample);
+    for (float* per_pixel : {&samples_per_pixel_side, &shadow_texels_per_pixel, &rays_per_pixel_side})
+      *per_pixel *= fraction;
+    const float coarser = std::max(static_cast<float>(supersample) / max_patch_rays, 1.0F);
+    for (float* pixels : {&patches.max_side_pixels, &patches.max_turn_degree_pixels,
+                          &patches.max_outline_pixels, &patches.max_offset_pixels, &max_piece_pixels})
+      *pixels *= coarser;
+    const float turn = std::min(2 * fraction * coarser, 1.0F);
+    patches.max_turn_degrees *= turn;
+    patches.max_offset_area *= turn * footprint_pixels * footprint_pixels * coarser * coarser;
+  }
 };
 
 /// For frames that move.
