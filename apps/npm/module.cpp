@@ -242,7 +242,7 @@ void make_preview(MakeCommand command) {
   of_bake.has_coarse_light = true;
   TerminalProgress relaxation("relax", true);
   TerminalProgress progress("bake", true);
-  command.cell.needs_stitch_mesh = false;
+  command.cell.form = StitchForm::yarn;
   command.cell.progress = relaxation.callback();
   command.cell.on_start = [&](const StitchSize& size) {
     value_or_throw(check_room(size, command.input));

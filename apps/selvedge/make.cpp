@@ -277,7 +277,7 @@ Baked bake_cell(const MakeCommand& command) {
     if (!command.has_pair_rays) reduce_pair_samples(options);
     report_estimate(size, command);
   };
-  cell_options.needs_stitch_mesh = options.indirect == IndirectLight::paths;
+  if (options.indirect != IndirectLight::paths) cell_options.form = StitchForm::yarn;
   auto cell = [&] {
     TerminalProgress relaxation("relax", common.quiet);
     cell_options.progress = relaxation.callback();
@@ -331,7 +331,7 @@ MadeFabric recoloured(const MakeCommand& command) {
   const Stopwatch watch;
   const Fabric last = value_or_throw(read_fabric(command.recolour_path));
   CellOptions options = command.cell;
-  options.needs_stitch_mesh = false;
+  options.form = StitchForm::yarn;
   TerminalProgress relaxation("relax", command.common.quiet);
   options.progress = relaxation.callback();
   const Cell cell = value_or_throw(find_cell(command.input, options));

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/make.h"
@@ -92,9 +93,23 @@ std::string rest_text(const FoundStitch& stitch, Json& json) {
   return fill_pattern(", at rest after {steps} steps, residual {residual:.1g}", json["rest"]);
 }
 
+/// The stitch of the input in this form, with progress. Throws Failure.
+Cell cell_of(const StitchCommand& command, StitchForm form) {
+  TerminalProgress relaxation("relax", command.common.quiet);
+  CellOptions options = command.cell;
+  options.progress = relaxation.callback();
+  options.form = form;
+  return value_or_throw(find_cell(command.input, options));
+}
+
 Result<int> write_description(const StitchCommand& command) {
-  const auto stitch = value_or_throw(find_stitch(command.input, command.cell.settings));
-  value_or_throw(write_file(command.output, to_json(stitch.pattern)));
+  if (!is_stitch(command.input)) value_or_throw(find_stitch(command.input));
+  auto file = value_or_throw(AtomicFile::create(command.output));
+  const FoundStitch stitch = cell_of(command, StitchForm::pattern).stitch.value();
+  std::ofstream text(file.temporary_path(), std::ios::binary);
+  write_json(stitch.pattern, text);
+  if (!text.flush()) return fail(Code::file_unwritable, command.output, "", "it could not be written");
+  value_or_throw(file.commit());
   Json json{{"stitch", stitch.pattern.name},
             {"output", command.output},
             {"yarns", stitch.pattern.yarns.size()},
@@ -110,12 +125,7 @@ Result<int> write_description(const StitchCommand& command) {
 Result<int> run(const StitchCommand& command) {
   if (command.list) return list_stitches(command);
   if (has_ending(command.output, ".json")) return write_description(command);
-  const auto cell = [&] {
-    TerminalProgress relaxation("relax", command.common.quiet);
-    CellOptions options = command.cell;
-    options.progress = relaxation.callback();
-    return value_or_throw(find_cell(command.input, options));
-  }();
+  const Cell cell = cell_of(command, StitchForm::surface);
   const CellMesh& mesh = cell.mesh;
   Json json = {{"stitch", command.input},
                {"vertices", mesh.positions.size()},

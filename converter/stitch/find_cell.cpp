@@ -66,13 +66,16 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
     MeshOptions mesh_options = options.mesh;
     mesh_options.repeats = cell.stitch->repeats;
     const StitchPattern& pattern = cell.stitch->pattern;
-    if (options.needs_stitch_mesh)
+    mesh_options.has_yarns = options.form == StitchForm::mesh;
+    if (options.form == StitchForm::mesh || options.form == StitchForm::surface)
       cell.mesh = value_or_throw(
           with_file_name(name_or_path, [&] { return value_or_throw(mesh_stitch(pattern, mesh_options)); }));
-    else
+    else if (options.form == StitchForm::yarn)
       cell.yarn =
           value_or_throw(with_file_name(name_or_path, [&] { return value_or_throw(yarn_cell_of(pattern)); }));
     cell.remarks = cell.stitch->remarks;
+    if (options.form == StitchForm::surface && hides_plies(pattern, mesh_options))
+      cell.remarks.emplace_back("so many plies have no room in a mesh: its yarns are drawn whole");
     return cell;
   });
 }

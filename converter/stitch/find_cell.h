@@ -12,19 +12,22 @@
 
 namespace selvedge {
 
+/// What a stitch becomes: a mesh with all that light needs, its surface alone, its yarn alone, or no more.
+enum class StitchForm { mesh, surface, yarn, pattern };
+
 struct CellOptions {
-  MeshOptions mesh;               ///< used for stitches
-  MeshImportOptions import;       ///< used for mesh files; a period of a knit is what it is blocked to
-  StitchSettings settings;        ///< of a stitch's parameters; refused for mesh files
-  StartCallback on_start = {};    ///< called before the yarns of a chart or draft are laid
-  Progress progress = {};         ///< of relaxation
-  bool needs_stitch_mesh = true;  ///< false: stitches get their yarn alone
+  MeshOptions mesh;             ///< used for stitches
+  MeshImportOptions import;     ///< used for mesh files; a period of a knit is what it is blocked to
+  StitchSettings settings;      ///< of a stitch's parameters; refused for mesh files
+  StartCallback on_start = {};  ///< called before the yarns of a chart or draft are laid
+  Progress progress = {};       ///< of relaxation
+  StitchForm form = StitchForm::mesh;
 };
 
 struct Cell {
-  CellMesh mesh;                       ///< empty if `yarn` is set
-  std::optional<YarnCell> yarn;        ///< of a stitch, where no mesh is wanted
-  std::optional<FoundStitch> stitch;   ///< of which the mesh was made
+  CellMesh mesh;                       ///< empty of StitchForm::yarn and pattern
+  std::optional<YarnCell> yarn;        ///< of StitchForm::yarn
+  std::optional<FoundStitch> stitch;   ///< that it was made of
   std::optional<MeshChoices> choices;  ///< of a mesh file
   std::vector<std::string> remarks;    ///< choices, guesses and omissions, one line each
 };

@@ -17,8 +17,8 @@ namespace {
 constexpr double span_length_radii = 0.5;
 constexpr double span_sag_radii = 0.02;
 
-/// Limits of the index, about 200 MB.
-constexpr double max_curve_pieces = 1e6;
+/// Limits of the index, about 200 MB, beside 0.3 kB for each piece: a loop of usual yarn has some 90.
+constexpr double max_curve_pieces = 2e6;
 constexpr std::size_t max_entries = 1 << 24;
 constexpr int max_bins_per_axis = 96;
 

@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <ostream>
+#include <sstream>
 
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/parameters.h"
@@ -145,13 +147,16 @@ Result<StitchPattern> read_stitch(std::string_view text, const std::string& file
   }
 }
 
-std::string to_json(const StitchPattern& pattern) {
-  OrderedJson json;
-  json[version_key] = version;
-  json["name"] = pattern.name;
-  json["period_mm"] = {pattern.period_mm.x, pattern.period_mm.y};
-  if (pattern.seed != StitchPattern().seed) json["seed"] = pattern.seed;
-  json["yarns"] = OrderedJson::array();
+void write_json(const StitchPattern& pattern, std::ostream& text) {
+  // Names may hold any bytes; invalid UTF-8 is replaced.
+  const auto dumped = [](const OrderedJson& json) {
+    return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
+  };
+  text << fmt::format("{{\"{}\":{},\"name\":{},\"period_mm\":{}", version_key, version, dumped(pattern.name),
+                      dumped({pattern.period_mm.x, pattern.period_mm.y}));
+  if (pattern.seed != StitchPattern().seed) text << fmt::format(",\"seed\":{}", pattern.seed);
+  text << ",\"yarns\":[";
+  // One by one: as a tree all of them take many times the memory.
   for (const Yarn& yarn : pattern.yarns) {
     OrderedJson out;
     out["name"] = yarn.name;
@@ -178,10 +183,15 @@ std::string to_json(const StitchPattern& pattern) {
       out["segments"].push_back(std::move(points));
     }
     for (const V3d& g : yarn.squeezes) out["squeezes"].push_back({g.x, g.y, g.z});
-    json["yarns"].push_back(std::move(out));
+    text << (&yarn == &pattern.yarns.front() ? "\n" : ",\n") << dumped(out);
   }
-  // Names may hold any bytes; invalid UTF-8 is replaced.
-  return json.dump(1, ' ', false, OrderedJson::error_handler_t::replace) + "\n";
+  text << "]}\n";
+}
+
+std::string to_json(const StitchPattern& pattern) {
+  std::ostringstream text;
+  write_json(pattern, text);
+  return text.str();
 }
 
 }  // namespace selvedge

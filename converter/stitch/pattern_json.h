@@ -2,6 +2,7 @@
 // has the frame and the rules.
 #pragma once
 
+#include <iosfwd>
 #include <string>
 #include <string_view>
 
@@ -16,7 +17,8 @@ constexpr std::size_t max_stitch_bytes = 16U << 20U;
 /// (place: JSON pointer), other versions, and invalid patterns (validate()). `file` is for the message.
 Result<StitchPattern> read_stitch(std::string_view text, const std::string& file);
 
-/// The description of a pattern, ending in a newline. read_stitch restores the numbers to the bit.
+/// The description of a pattern, a line for each yarn. read_stitch restores the numbers to the bit.
+void write_json(const StitchPattern& pattern, std::ostream& text);
 std::string to_json(const StitchPattern& pattern);
 
 }  // namespace selvedge

@@ -365,11 +365,12 @@ Hairs grow_hairs(const CellMesh& mesh) {
 
 Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& options) {
   value_or_throw(validate(described, described.name));
-  const StitchPattern pattern = value_or_throw(lay_plies(described, described.name));
+  const bool is_coarse = hides_plies(described, options);
+  const StitchPattern pattern = is_coarse ? described : value_or_throw(lay_plies(described, described.name));
   std::optional<ImplicitSurface> surface;
   YarnTubes tubes;
-  if (!options.cubes_across && has_many_yarns(pattern))
-    tubes = tubes_of(pattern);
+  if (is_coarse || (!options.cubes_across && has_many_yarns(pattern)))
+    tubes = tubes_of(pattern, is_coarse);
   else
     tubes.surface = value_or_throw(marched(pattern, options, surface));
   const MarchedSurface& marched = tubes.surface;
@@ -377,12 +378,12 @@ Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& optio
   CellMesh mesh;
   mesh.period = pattern.period_mm;
   mesh.triangles = marched.triangles;
-  mesh.yarns = stranded(described, pattern);
+  if (options.has_yarns) mesh.yarns = stranded(described, pattern);
   mesh.positions.reserve(marched.positions.size());
   const auto any = [&](const auto& test) { return std::ranges::any_of(pattern.yarns, test); };
   const bool glossy = any([](const Yarn& yarn) { return yarn.gloss.weight > 0 || yarn.fibre_kind != 0; });
   const bool translucent = any([](const Yarn& yarn) { return yarn.transmission > 0; });
-  const bool varied = is_varied(pattern);
+  const bool varied = options.has_yarns && is_varied(pattern);
   std::optional<Yarns> yarns;
   if (varied) yarns.emplace(mesh.yarns, V2f(mesh.period));
   for (std::size_t v = 0; v < marched.positions.size(); ++v) {
@@ -482,6 +483,13 @@ YarnData usual_chains(const StitchPattern& pattern, YarnChainOptions options) {
 }
 
 }  // namespace
+
+bool hides_plies(const StitchPattern& pattern, const MeshOptions& options) {
+  constexpr std::size_t max_segments = 1 << 18;  // with them, a mesh takes some 4 kB for each
+  std::size_t segments = 0;
+  for (const Yarn& yarn : pattern.yarns) segments += yarn.segments.size() * yarn.plies;
+  return !options.has_yarns && !options.cubes_across && segments > max_segments;
+}
 
 double expected_hairs(const Yarn& yarn) {
   if (yarn.hairiness == 0) return 0;

@@ -17,7 +17,11 @@ struct MeshOptions {
   std::optional<int> cubes_across{};
   int repeats =
       1;  ///< each way, that the pattern holds: by default, each gets as many triangles as one alone
+  bool has_yarns = true;  ///< false: without CellMesh::yarns, its places and hairs
 };
+
+/// Whether the surface alone has whole yarns in place of so many plies, and fewer sides.
+bool hides_plies(const StitchPattern& pattern, const MeshOptions& options);
 
 /// The surface of the yarns in one cell, cut exactly at its walls: a vertex on the wall x = period.x has the
 /// same y, z, normal and albedo, to the bit, as its twin on x = 0, and the cut edges of both walls match one

@@ -8,9 +8,9 @@
 namespace selvedge {
 namespace {
 
-constexpr int sides = 10;
-constexpr double ring_radii = 1.2;  ///< distance of rings
-constexpr double ring_sag = 0.05;   ///< of the axis between them, radii
+constexpr double ring_radii = 1.2;         ///< distance of rings
+constexpr double coarse_ring_radii = 0.8;  ///< the least of coarse tubes, whose segments may be shorter
+constexpr double ring_sag = 0.05;          ///< of the axis between them, radii
 
 struct Ring {
   V3d centre;
@@ -20,16 +20,18 @@ struct Ring {
   double radius_slope;
 };
 
-std::vector<Ring> rings_of(const Yarn& yarn) {
+std::vector<Ring> rings_of(const Yarn& yarn, double min_distance) {
   std::vector<Ring> rings;
   std::vector<double> along;
   double length = 0;
   for (std::size_t i = 0; i < yarn.segments.size(); ++i) {
     const BezierSegment& segment = yarn.segments[i];
     for (const CurveSpan& span : spans_of(segment, ring_radii * yarn.radius_mm, ring_sag * yarn.radius_mm)) {
-      rings.push_back({span.start, derivative_at(segment, span.t0).normalized(), squeeze_at(yarn, i, span.t0),
-                       yarn.radius_mm, 0});
-      along.push_back(length);
+      if (rings.empty() || length - along.back() >= min_distance) {
+        rings.push_back({span.start, derivative_at(segment, span.t0).normalized(),
+                         squeeze_at(yarn, i, span.t0), yarn.radius_mm, 0});
+        along.push_back(length);
+      }
       length += (span.end - span.start).length();
     }
   }
@@ -42,8 +44,9 @@ std::vector<Ring> rings_of(const Yarn& yarn) {
   return rings;
 }
 
-void add_tube(const Yarn& yarn, int index, YarnTubes& tubes) {
-  const std::vector<Ring> rings = rings_of(yarn);
+void add_tube(const Yarn& yarn, int index, bool is_coarse, YarnTubes& tubes) {
+  const int sides = is_coarse ? 6 : 10;
+  const std::vector<Ring> rings = rings_of(yarn, is_coarse ? coarse_ring_radii * yarn.radius_mm : 0);
   auto& [positions, original, triangles] = tubes.surface;
   const auto first = static_cast<int>(positions.size());
   const V3d way = yarn.segments.back()[3] - yarn.segments.front()[0];
@@ -94,10 +97,10 @@ void add_tube(const Yarn& yarn, int index, YarnTubes& tubes) {
 
 }  // namespace
 
-YarnTubes tubes_of(const StitchPattern& pattern) {
+YarnTubes tubes_of(const StitchPattern& pattern, bool is_coarse) {
   YarnTubes tubes;
   for (std::size_t y = 0; y < pattern.yarns.size(); ++y)
-    add_tube(pattern.yarns[y], static_cast<int>(y), tubes);
+    add_tube(pattern.yarns[y], static_cast<int>(y), is_coarse, tubes);
   return tubes;
 }
 

@@ -12,8 +12,8 @@ struct YarnTubes {
   std::vector<SurfaceSample> vertex_samples;  ///< per vertex, at distance 0
 };
 
-/// Closed tubes of about 100 triangles a width of yarn; they enter each other where yarns overlap.
-/// Precondition: validate(pattern) holds.
-YarnTubes tubes_of(const StitchPattern& pattern);
+/// Closed tubes of about 100 triangles a width of yarn, `is_coarse`: a fifth; they enter each other where
+/// yarns overlap. Precondition: validate(pattern) holds.
+YarnTubes tubes_of(const StitchPattern& pattern, bool is_coarse = false);
 
 }  // namespace selvedge

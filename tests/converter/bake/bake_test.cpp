@@ -64,7 +64,7 @@ Samples baked(const CellMesh& mesh, const BakeOptions& options) {
 YarnCell cell_of(const std::string& stitch, const StitchSettings& settings) {
   CellOptions options;
   options.settings = settings;
-  options.needs_stitch_mesh = false;
+  options.form = StitchForm::yarn;
   return test::need(find_cell(stitch, options)).yarn.value();
 }
 

@@ -282,7 +282,7 @@ TEST_CASE("plies that let light through are white in a white furnace, from both 
 
 TEST_CASE("light of cloth that is edited in a place is nearly the light of all of it anew") {
   CellOptions options;
-  options.needs_stitch_mesh = false;
+  options.form = StitchForm::yarn;
   options.settings = {{"repeats", {8}}};
   const YarnCell cell = test::need(find_cell("plain-knit", options)).yarn.value();
   const V2f period(cell.period);

@@ -245,7 +245,7 @@ TEST_CASE("a draft is known by its beginning, whatever its name is") {
     CAPTURE(name);
     REQUIRE(write_file(folder / name, head + draft));
     CellOptions options;
-    options.needs_stitch_mesh = false;
+    options.form = StitchForm::yarn;
     CHECK(test::need(find_cell(folder / name, options)).stitch->pattern.yarns.size() == 4);
     CHECK(files_of_cell(folder / name).size() == (std::string(name) == "twill" ? 0 : 1));
   }

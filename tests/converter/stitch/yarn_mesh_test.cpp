@@ -156,9 +156,11 @@ TEST_CASE("vertices lie on the surface, normals point out of the yarn") {
 }
 
 TEST_CASE("tubes lie on the surface of their yarn and are closed") {
-  for (const StitchPattern& pattern : {plain_weave(), ring(4, 1.1, 0.53)}) {
+  const std::vector patterns{plain_weave(), ring(4, 1.1, 0.53)};
+  for (const auto& [pattern, coarse] :
+       {std::pair(patterns[0], false), {patterns[1], false}, {patterns[1], true}}) {
     CAPTURE(pattern.name);
-    const YarnTubes tubes = tubes_of(pattern);
+    const YarnTubes tubes = tubes_of(pattern, coarse);
     const auto surface = test::need(ImplicitSurface::build(pattern, 0.5, ""));
     double farthest = 0;
     for (const V3d& p : tubes.surface.positions) farthest = std::max(farthest, std::abs(surface.distance(p)));
@@ -222,6 +224,22 @@ TEST_CASE("plies make a mesh that is closed round the torus of cells, with fibre
   const double cosine = std::cos(std::atan(2 * std::numbers::pi * offset * 0.25));
   for (const V3f& fibre : mesh.fibre_directions)
     CHECK(std::abs(fibre.x) == doctest::Approx(cosine).epsilon(0.01));
+}
+
+TEST_CASE("a surface alone is the one of the mesh, and of whole yarns where there are many plies") {
+  const MeshOptions alone{.has_yarns = false};
+  const CellMesh surface = test::need(mesh_stitch(plain_knit(), alone));
+  CHECK(surface.positions == test::need(mesh_stitch(plain_knit())).positions);
+  CHECK((surface.yarns.curves.empty() && surface.yarn_places.empty() && surface.hairs.points.empty()));
+  StitchPattern many = test::need(find_stitch("rib-2x2")).pattern;
+  CHECK(!hides_plies(many, alone));
+  many = repeat_pattern(many, 20);
+  REQUIRE(hides_plies(many, alone));
+  CHECK(!hides_plies(many, {}));
+  const CellMesh coarse = test::need(mesh_stitch(many, alone));
+  // Some 30 rings of 6 sides a loop.
+  CHECK(coarse.triangles.size() <= std::size_t{20 * 20 * 4 * 400});
+  CHECK(coarse.triangles.size() >= std::size_t{20 * 20 * 4 * 200});
 }
 
 TEST_CASE("refuses grids too coarse, too fine or out of range") {
