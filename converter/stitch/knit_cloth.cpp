@@ -252,7 +252,7 @@ double KnitCloth::energy(Vector& gradient) {
   double energy = 0;
   V3d stress(0);
   const auto add_stress = [&](const V3d& force, const V3d& difference) {
-    for (int k = 0; k < 3; ++k) stress[k] += force[k] * difference[k];
+    stress += V3d(force.x * difference.x, force.y * difference.y, force.x * difference.y);
   };
   const double stretching = stiffness_ * stretch_stiffness / unit_;
   for (const Chain& chain : chains_) {
@@ -302,7 +302,7 @@ double KnitCloth::energy(Vector& gradient) {
     gradient.points[next_[b]] += push * t;
     add_stress(-push, apart);
   });
-  gradient.period = V2d(stress.x, stress.y);
+  gradient.period = V3d(stress.x, stress.y, leans_ ? stress.z : 0);
   for (std::uint32_t i = 0; i < active_.size(); ++i)
     if (is_still(i)) gradient.points[i] = V3d(0);
   return energy;
@@ -365,23 +365,26 @@ void KnitCloth::search() {
     widest = std::max(widest, reaches_[i]);
     middles.push_back(points_[i] + d * 0.5);
     const V3d& m = middles.back();
-    inside.emplace_back(wrap_to_repeat(m.x, period_.x), wrap_to_repeat(m.y, period_.y), m.z);
+    // Upright, in which distances grow by up to the lean.
+    inside.emplace_back(wrap_to_repeat(m.x - m.y * lean_, period_.x), wrap_to_repeat(m.y, period_.y), m.z);
   }
   reach += 2 * widest + unit_ * (gap_ + search_margin);
+  reach *= 1 + std::abs(lean_);
   const PeriodicGrid grid(inside, period_, reach);
   for (std::uint32_t a = 0; a < points_.size(); ++a) {
     first_neighbour_.push_back(static_cast<std::uint32_t>(neighbours_.size()));
     if (is_still(a)) continue;
     double far = reach;
-    grid.visit_near(inside[a], far, [&](int other, const V3d& offset) {
+    grid.visit_near(inside[a], far, [&](int other, const V3d& upright) {
+      const V3d offset(upright.x + upright.y * lean_, upright.y, upright.z);
       const auto b = static_cast<std::uint32_t>(other);
       if (b < a && !is_still(b)) return;
       const double near =
           reaches_[a] + reaches_[b] + 0.55 * (lengths_[a] + lengths_[b]) + unit_ * (gap_ + search_margin);
       if (offset.length2() > near * near) return;
       const V3d turned = middles[a] + offset - middles[b];
-      const double x = std::round(turned.x / period_.x);
       const double y = std::round(turned.y / period_.y);
+      const double x = std::round((turned.x - y * period_.y * lean_) / period_.x);
       // Each pair once.
       if (b == a && (x < 0 || (x == 0 && y <= 0))) return;
       if (follow(a, b, x, y)) return;

@@ -10,13 +10,14 @@
 //   + sum over pairs of pieces of c / 2 (overlap / r)^2     contact
 //   + sum over pieces of p l / (2 r) max(0, |z| / r - h)^2  cloth dries lying flat
 //
-// of the points and of the logarithms of the repeat's width and height. It is found by L-BFGS (Nocedal and
-// Wright, "Numerical Optimization", 7.2), which begins with the inverse of the Gauss-Newton Hessian: without
-// it a wale that turns, or a repeat that draws in, takes thousands of steps. Anchors: Kaldor et al. 2008,
-// "Simulating Knitted Cloth at the Yarn Level"; Leaf et al. 2018, "Interactive Design of Periodic Yarn-Level
-// Cloth Patterns".
+// of the points, of the logarithms of the repeat's width and height, and of its shear. It is found by L-BFGS
+// (Nocedal and Wright, "Numerical Optimization", 7.2), which begins with the inverse of the Gauss-Newton
+// Hessian: without it a wale that turns, or a repeat that draws in, takes thousands of steps. Anchors: Kaldor
+// et al. 2008, "Simulating Knitted Cloth at the Yarn Level"; Leaf et al. 2018, "Interactive Design of
+// Periodic Yarn-Level Cloth Patterns".
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <utility>
@@ -33,6 +34,7 @@ struct ClothGoal {
   bool presses = false;     ///< soft yarn takes its full section, flat where it is pressed
   bool is_free = false;     ///< whether the size of the repeat is free at last
   V2d period_mm{0, 0};      ///< size of the repeat at the end of the stages; 0: as it is
+  double lean = 0;          ///< of it, then (KnitCloth::lean())
   double float_factor = 1;  ///< on the lengths of floats
   int max_steps = 300;      ///< after the stages
 };
@@ -52,6 +54,11 @@ class KnitCloth {
   void on_step(std::function<void()> told) { on_step_ = std::move(told); }
 
   V2d period() const { return period_; }
+  /// mm to the right a mm upwards, by which the repeat stands on the one below it.
+  double lean() const { return lean_; }
+  /// Goes on from a rest whose repeat is free to one whose lean is, too, in so many steps. What is symmetric,
+  /// or would lean by less than a degree, stays straight.
+  void find_lean(int max_steps);
   /// Mean curvature of its loops, as it is given.
   std::vector<double> curvature() const;
   /// Steps taken.
@@ -98,11 +105,11 @@ class KnitCloth {
     V3d apart;     ///< from b to a
     double depth;  ///< of the overlap, mm
   };
-  /// One vector for each point, and the logarithms of the period.
+  /// One vector for each point, and the logarithms of the period and its shear.
   template <class Real>
   struct VectorOf {
     std::vector<Imath::Vec3<Real>> points;
-    V2d period{0, 0};
+    V3d period{0, 0, 0};
     template <class Other>
     double dot(const VectorOf<Other>& other) const;
     template <class Other>
@@ -110,20 +117,20 @@ class KnitCloth {
   };
   using Vector = VectorOf<double>;
   using RoughVector = VectorOf<float>;
-  /// A square in the Hessian: weight (sum of part n x of points + rate times the period's logarithms)^2. All
-  /// three axes, the rates along their own, where n is 0.
+  /// A square in the Hessian: weight (sum of part n x of points + rate times the period's logarithms and
+  /// shear)^2. All three axes, the rates along their own and the shear's along x, where n is 0.
   struct Square {
     std::uint32_t points[3];
     double parts[3];
     int count;
     V3d n;
-    V2d rate;
+    V3d rate;
     double weight;
   };
   struct Hessian {
-    BlockMatrix points;            ///< of one tile
-    RoughVector sides[2];          ///< of all points with the period
-    double corner[3] = {0, 0, 0};  ///< of the period: xx, xy, yy
+    BlockMatrix points;     ///< of one tile
+    RoughVector sides[3];   ///< of all points with the period
+    double corner[6] = {};  ///< of the period: xx, xy, yy, and with the shear: x, y, itself
   };
 
   // knit_edit.cpp: what stays.
@@ -148,7 +155,8 @@ class KnitCloth {
   void search();
   bool follow(std::uint32_t a, std::uint32_t b, double x, double y) const;
   double support(std::uint32_t piece, const V3d& direction, V3d& slope) const;
-  V3d way(const Chain& chain) const { return {chain.turns.x * period_.x, chain.turns.y * period_.y, 0}; }
+  V3d way(double x, double y) const { return {x * period_.x + y * period_.y * lean_, y * period_.y, 0}; }
+  V3d way(const Chain& chain) const { return way(chain.turns.x, chain.turns.y); }
   V3d after(const Chain& chain, std::uint32_t i) const;
   V3d before(const Chain& chain, std::uint32_t i) const;
   /// From point i to the next.
@@ -163,17 +171,20 @@ class KnitCloth {
   Vector descent() const;
   void mirror(std::vector<V3d>& ways) const;
   void move(const Vector& direction, double step);
-  void move_to(const V2d& period);
+  void move_to(const V2d& period, double lean = 0);
   template <class Visit>
   void visit_squares(const Chain& chain, std::uint32_t point, const Visit& visit) const;
   void add(const Square& square, std::uint32_t tile, Hessian& hessian) const;
   void factor();
   void solve(Vector& v) const;
   template <class Real>
+  void solve_upright(VectorOf<Real>& v) const;
+  template <class Real>
   void solve_points(VectorOf<Real>& v) const;
 
   double gap_;
   V2d period_;
+  double lean_ = 0;
   V2d min_period_;  ///< of jammed cloth, which would shrink to nothing
   std::vector<Chain> chains_;
   std::vector<V3d> points_;
@@ -187,7 +198,7 @@ class KnitCloth {
   std::vector<Piece> pieces_;                   ///< of visit_contacts()
   std::vector<double> walked_;                  ///< mm, of pieces, and by which they have grown
   double walked_period_ = 0;                    ///< mm, by which repeats have come nearer or farther
-  V2d last_period_{0, 0};                       ///< of visit_contacts()
+  V3d last_way_up_{0, 0, 0};                    ///< of visit_contacts(): of a repeat; z: its width
   std::vector<Neighbour> neighbours_;           ///< of pieces, after them
   std::vector<std::uint32_t> first_neighbour_;  ///< of each piece, and the end
   double unit_ = 0;                             ///< radius of the thickest yarn, mm
@@ -207,9 +218,10 @@ class KnitCloth {
       tiles_;  ///< points of the parts of the cloth factored by themselves
   std::vector<std::uint32_t> tile_of_, place_of_;  ///< of points: in their tile
   std::vector<BlockCholesky> factors_;             ///< of tiles
-  RoughVector borders_[2];                         ///< what points do for the period, by the inverse
-  double period_inverse_[3] = {1, 0, 1};           ///< of its Schur complement: xx, xy, yy
-  bool is_free_ = false;
+  std::array<RoughVector, 3> borders_;             ///< what points do for the period, by the inverse
+  std::array<double, 3> period_inverse_{1, 0, 1};  ///< of its Schur complement: xx, xy, yy
+  double shear_pivot_ = 1;                         ///< what is left of the shear
+  bool is_free_ = false, leans_ = false;
   int steps_ = 0;
   std::function<void()> on_step_;
   double residual_ = 1;

@@ -31,8 +31,9 @@ void KnitCloth::visit_contacts(const Visit& visit, double margin) {
                   0.5 * std::sqrt((d - last.along).length2()) + std::max(0.0, piece.reach - last.reach);
     pieces_[i] = piece;
   }
-  walked_period_ += std::abs(period_.x - last_period_.x) + std::abs(period_.y - last_period_.y);
-  last_period_ = period_;
+  const V3d up(period_.y * lean_, period_.y, period_.x);
+  for (int k = 0; k < 3; ++k) walked_period_ += std::abs(up[k] - last_way_up_[k]);
+  last_way_up_ = up;
   for (std::uint32_t a = 0; a < points_.size(); ++a) {
     for (std::uint32_t k = first_neighbour_[a]; k < first_neighbour_[a + 1]; ++k) {
       Neighbour& pair = neighbours_[k];
@@ -41,7 +42,7 @@ void KnitCloth::visit_contacts(const Visit& visit, double margin) {
                             margin + apart_margin * unit_;
       if (walked < pair.apart_until) continue;
       const auto skip = [&](double apart) { pair.apart_until = static_cast<float>(walked + apart); };
-      const V3d shift(pair.x * period_.x, pair.y * period_.y, 0);
+      const V3d shift = way(pair.x, pair.y);
       const Piece& one = pieces_[a];
       const Piece& other = pieces_[b];
       const double gap = gap_ * std::max(radii_[a], radii_[b]) + margin;

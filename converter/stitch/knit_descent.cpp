@@ -35,6 +35,10 @@ constexpr double near_stiffness = 0.1;
 /// Largest move of a step, in radii, and of the period's logarithm.
 constexpr double max_move = 0.4;
 constexpr double max_growth = 0.06;
+/// Lean that the quadratic model sees, a twentieth of what comes, from which on cloth pulls to a side:
+/// straight cloth has others by chance, which its friction holds. And a degree, below which it is none.
+constexpr double min_pull = 0.0045;
+constexpr double min_lean = 0.0175;
 constexpr std::size_t max_history = 6;
 /// Sufficient decrease of an L-BFGS step (Armijo), and tries.
 constexpr double min_decrease = 1e-4;
@@ -64,8 +68,9 @@ void KnitCloth::VectorOf<Real>::add(double factor, const VectorOf<Other>& other)
 
 void KnitCloth::rest(const ClothGoal& goal) {
   const V2d begin = period_;
+  const double lean = lean_;
   const double floats = goal.grows ? goal.float_factor : float_factor_;
-  is_free_ = false;
+  is_free_ = leans_ = false;
   double height = 0;
   for (const V3d& p : points_) height = std::max(height, std::abs(p.z));
   if (goal.presses && height < flat_height * unit_ && std::ranges::any_of(chains_, &Chain::soft)) {
@@ -80,7 +85,7 @@ void KnitCloth::rest(const ClothGoal& goal) {
     float_factor_ = floats + (goal.float_factor - floats) * part;
     set_lengths();
     const V2d period = goal.period_mm.x > 0 ? begin + (goal.period_mm - begin) * part : begin;
-    move_to(period);
+    move_to(period, lean + (goal.lean - lean) * part);
     set_radii();
     converge(goal.presses ? 0 : stage_steps, goal.presses ? stage_steps : 0);
   }
@@ -96,11 +101,31 @@ void KnitCloth::rest(const ClothGoal& goal) {
   if (thin_ < 1 && residual_ > max_rest_residual) converge(2 * goal.max_steps);
 }
 
+void KnitCloth::find_lean(int max_steps) {
+  if (!images_.empty()) return;
+  leans_ = true;
+  history_.clear();
+  energy(gradient_);
+  factor();
+  if (std::abs(descent().period.z) < min_pull) return;
+  neighbours_.clear();
+  factors_.assign(factors_.size(), {});
+  KnitCloth straight = *this;
+  converge(max_steps);
+  if (std::abs(lean_) > min_lean) return;
+  straight.steps_ = steps_;
+  *this = std::move(straight);
+}
+
 /// Stretches the cloth to this repeat.
-void KnitCloth::move_to(const V2d& period) {
-  for (V3d& p : points_)
+void KnitCloth::move_to(const V2d& period, double lean) {
+  for (V3d& p : points_) {
+    p.x -= p.y * lean_;
     for (int k = 0; k < 2; ++k) p[k] *= period[k] / period_[k];
+    p.x += p.y * lean;
+  }
   period_ = period;
+  lean_ = lean;
 }
 
 /// Steps until rest, at most; before it, sections give way in the first ones.
@@ -158,11 +183,13 @@ bool KnitCloth::step(double& value) {
   if (!(slope < 0)) return false;
   double longest = 0;
   for (const V3d& way : direction.points) longest = std::max(longest, way.length2());
-  const double growth = std::max(std::abs(direction.period.x), std::abs(direction.period.y));
+  const V3d& rates = direction.period;
+  const double growth = std::max({std::abs(rates.x), std::abs(rates.y), std::abs(rates.z)});
   double length = std::min({1.0, max_move * grown_ * unit_ / std::max(std::sqrt(longest), 1e-300),
                             max_growth / std::max(growth, 1e-300)});
   const std::vector<V3d> points = points_;
   const V2d period = period_;
+  const double lean = lean_;
   Vector change = gradient_;
   for (int tries = 0; tries < max_tries; ++tries) {
     move(direction, length);
@@ -187,6 +214,7 @@ bool KnitCloth::step(double& value) {
     const double best = -slope * length * length / (2 * std::max(next - value - slope * length, 1e-300));
     points_ = points;
     period_ = period;
+    lean_ = lean;
     length = std::clamp(best, 0.1 * length, 0.5 * length);
   }
   gradient_ = std::move(change);
@@ -198,22 +226,25 @@ void KnitCloth::move(const Vector& direction, double step) {
   for (int k = 0; k < 2; ++k) factor[k] = std::max(factor[k], min_period_[k] / period_[k]);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     points_[i] += direction.points[i] * step;
+    const double up = points_[i].y;
     for (int k = 0; k < 2; ++k) points_[i][k] *= factor[k];
+    points_[i].x += step * direction.period.z * up;
   }
   period_ *= factor;
+  lean_ = (lean_ * factor.x + step * direction.period.z) / factor.y;
 }
 
 /// The two loops of L-BFGS.
 KnitCloth::Vector KnitCloth::descent() const {
   Vector v = gradient_;
-  if (!is_free_) v.period = V2d(0);
+  if (!is_free_) v.period = V3d(0);
   std::vector<double> factors(history_.size());
   for (std::size_t k = history_.size(); k-- > 0;) {
     const auto& [way, change] = history_[k];
     factors[k] = way.dot(v) / way.dot(change);
     v.add(-factors[k], change);
   }
-  if (!is_free_) v.period = V2d(0);
+  if (!is_free_) v.period = V3d(0);
   solve(v);
   for (std::size_t k = 0; k < history_.size(); ++k) {
     const auto& [way, change] = history_[k];
@@ -243,15 +274,15 @@ void KnitCloth::visit_squares(const Chain& chain, std::uint32_t i, const Visit& 
   const double length = std::max(std::sqrt(d.length2()), 1e-300);
   const V3d u = d / length;
   const double stretching = stiffness_ * stretch_stiffness / unit_;
-  visit(Square{{i, next_[i]}, {-1, 1}, 2, u, V2d(u.x * d.x, u.y * d.y), stretching / rest});
+  visit(Square{{i, next_[i]}, {-1, 1}, 2, u, V3d(u.x * d.x, u.y * d.y, u.x * d.y), stretching / rest});
   const double tension = std::max(0.0, stretching * (length / rest - 1) / length);
   // Holds thick cloth, and all of it a little, for cloth as a whole is free to move.
   const double holding = flat_stiffness_ * rest / (unit_ * unit_ * unit_);
   const V3d bend = d - along(last);
-  visit(
-      Square{{i, next_[i], last}, {-2, 1, 1}, 3, V3d(0), V2d(bend.x, bend.y), unit_ / (rest * rest * rest)});
-  visit(Square{{i, next_[i]}, {-1, 1}, 2, V3d(0), V2d(0), tension});
-  visit(Square{{i}, {1}, 1, V3d(0), V2d(0), holding});
+  visit(Square{
+      {i, next_[i], last}, {-2, 1, 1}, 3, V3d(0), V3d(bend.x, bend.y, bend.y), unit_ / (rest * rest * rest)});
+  visit(Square{{i, next_[i]}, {-1, 1}, 2, V3d(0), V3d(0), tension});
+  visit(Square{{i}, {1}, 1, V3d(0), V3d(0), holding});
 }
 
 /// Adds a square to the Hessian of a tile. Squares of points in several tiles are replaced by their
@@ -268,9 +299,9 @@ void KnitCloth::add(const Square& square, std::uint32_t tile, Hessian& hessian) 
   for (int p = 0; p < square.count; ++p) {
     const std::uint32_t point = square.points[p];
     if (tile_of_[point] != tile) continue;
-    for (int k = 0; k < 2; ++k) {
+    for (int k = 0; k < (leans_ ? 3 : 2); ++k) {
       V3d axis = n;
-      if (has_axes) axis[k] = 1;
+      if (has_axes) axis[k % 2] = 1;
       hessian.sides[k].points[point] += V3f(axis * (square.weight * square.parts[p] * square.rate[k]));
     }
     for (int q = 0; q <= p; ++q) {
@@ -288,14 +319,16 @@ void KnitCloth::add(const Square& square, std::uint32_t tile, Hessian& hessian) 
   hessian.corner[0] += square.weight * square.rate.x * square.rate.x;
   if (!has_axes) hessian.corner[1] += square.weight * square.rate.x * square.rate.y;
   hessian.corner[2] += square.weight * square.rate.y * square.rate.y;
+  hessian.corner[3] += square.weight * square.rate.x * square.rate.z;
+  if (!has_axes) hessian.corner[4] += square.weight * square.rate.y * square.rate.z;
+  hessian.corner[5] += square.weight * square.rate.z * square.rate.z;
 }
 
 /// Factors the Gauss-Newton Hessian of each tile.
 void KnitCloth::factor() {
   struct Touch {
     std::uint32_t a, b;
-    V3f slope;
-    Imath::V2f rate;
+    V3f slope, rate;
     float weight;
   };
   std::vector<Touch> contacts;
@@ -308,7 +341,8 @@ void KnitCloth::factor() {
         const std::uint32_t a = c.s < 0.5 ? c.a : next_[c.a];
         const std::uint32_t b = c.t < 0.5 ? c.b : next_[c.b];
         const auto index = static_cast<std::uint32_t>(contacts.size());
-        contacts.push_back({a, b, V3f(c.slope), Imath::V2f(V2d(c.slope.x * c.apart.x, c.slope.y * c.apart.y)),
+        contacts.push_back({a, b, V3f(c.slope),
+                            V3f(V3d(c.slope.x * c.apart.x, c.slope.y * c.apart.y, c.slope.x * c.apart.y)),
                             static_cast<float>(c.depth > 0 ? contacting : near_stiffness * contacting)});
         contacts_of[tile_of_[a]].push_back(index);
         if (tile_of_[b] != tile_of_[a]) contacts_of[tile_of_[b]].push_back(index);
@@ -329,7 +363,7 @@ void KnitCloth::factor() {
     }
     for (const std::uint32_t index : contacts_of[tile]) {
       const auto& [a, b, slope, rate, weight] = contacts[index];
-      add_square({{a, b}, {1, -1}, 2, V3d(slope), V2d(rate), weight});
+      add_square({{a, b}, {1, -1}, 2, V3d(slope), V3d(rate), weight});
     }
     factors_[tile] = BlockCholesky(std::move(hessian.points));
   }
@@ -346,6 +380,13 @@ void KnitCloth::factor() {
   period_inverse_[0] = c[2] / determinant;
   period_inverse_[1] = -c[1] / determinant;
   period_inverse_[2] = c[0] / determinant;
+  if (!leans_) return;
+  // Then the shear, of what these two leave.
+  borders_[2] = hessian.sides[2];
+  borders_[2].period = V3d(hessian.corner[3], hessian.corner[4], 0);
+  const V3d side = borders_[2].period;
+  solve_upright(borders_[2]);
+  shear_pivot_ = hessian.corner[5] - hessian.sides[2].dot(borders_[2]) - side.dot(borders_[2].period);
 }
 
 /// Multiplies by the inverse of what factor() has factored.
@@ -354,12 +395,23 @@ void KnitCloth::solve(Vector& v) const {
     solve_points(v);
     return;
   }
-  const V2d side = v.period - V2d(borders_[0].dot(v), borders_[1].dot(v));
+  const double shear = leans_ ? (v.period.z - borders_[2].dot(v)) / shear_pivot_ : 0;
+  solve_upright(v);
+  if (!leans_) return;
+  v.add(-shear, borders_[2]);
+  v.period.z = shear;
+}
+
+/// The same without the shear.
+template <class Real>
+void KnitCloth::solve_upright(VectorOf<Real>& v) const {
+  const V2d side(v.period.x - borders_[0].dot(v), v.period.y - borders_[1].dot(v));
   solve_points(v);
-  v.period = V2d(period_inverse_[0] * side.x + period_inverse_[1] * side.y,
-                 period_inverse_[1] * side.x + period_inverse_[2] * side.y);
+  v.period = V3d(period_inverse_[0] * side.x + period_inverse_[1] * side.y,
+                 period_inverse_[1] * side.x + period_inverse_[2] * side.y, 0);
   for (int k = 0; k < 2; ++k)
-    for (std::size_t i = 0; i < v.points.size(); ++i) v.points[i] -= V3d(borders_[k].points[i]) * v.period[k];
+    for (std::size_t i = 0; i < v.points.size(); ++i)
+      v.points[i] -= Imath::Vec3<Real>(V3d(borders_[k].points[i]) * v.period[k]);
 }
 
 template <class Real>

@@ -1,6 +1,8 @@
 #include "converter/stitch/knit_rest.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include "converter/stitch/knit_cloth.h"
@@ -74,8 +76,9 @@ RelaxResult rest_repeat(const StitchPattern& drawn, RelaxOptions options, std::s
   few.period_mm.y /= times;
   options.blocked_mm.y /= times;
   options.parts.resize(yarns);
+  options.stripes = static_cast<int>(count / yarns);
   RelaxResult rested = rest_knit(few, options);
-  const V3d step(0, rested.pattern.period_mm.y, 0);
+  const V3d step(rested.lean * rested.pattern.period_mm.y, rested.pattern.period_mm.y, 0);
   for (std::size_t y = yarns; y < count; ++y) {
     rested.parts.push_back(rested.parts[y - yarns]);
     const Yarn& copied = rested.pattern.yarns[y - yarns];
@@ -91,6 +94,21 @@ RelaxResult rest_repeat(const StitchPattern& drawn, RelaxOptions options, std::s
   rested.pattern.period_mm.y *= times;
   rested.free_mm.y *= times;
   return rested;
+}
+
+/// Sets the least number of laps after which repeats of so many loops end whole periods to the side, each at
+/// a lean within a degree of its own. Too many stay straight.
+void find_laps(const V2d& period, std::size_t loops, RelaxResult& result) {
+  constexpr std::size_t max_loops = 256;
+  constexpr double max_turn = 0.0175;
+  for (int laps = 1; laps * loops <= max_loops; ++laps) {
+    const double height = laps * period.y;
+    const double lean = std::round(height * result.free_lean / period.x) * period.x / height;
+    if (std::abs(std::atan(lean) - std::atan(result.free_lean)) > max_turn) continue;
+    result.lean = lean;
+    result.laps = laps;
+    return;
+  }
 }
 
 }  // namespace
@@ -137,13 +155,22 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
               .period_mm = knit.pattern.period_mm * begin,
               .float_factor = begin.x,
               .max_steps = options.is_rough ? rough_steps : free_steps});
+  RelaxResult result;
+  const bool is_free = options.blocked_mm == V2d(0) && !options.is_rough;
+  if (is_free) cloth.find_lean(free_steps);
   const V2d free = cloth.period() * gauge / plain.period();
   V2d period = free;
+  result.free_lean = cloth.lean() * free.x / free.y * cloth.period().y / cloth.period().x;
+  std::size_t loops = 0;
+  for (const auto& parts : options.parts) loops += parts.size();
+  find_laps(V2d(free.x, free.y * options.stripes), loops * options.stripes, result);
   for (int k = 0; k < 2; ++k)
     if (options.blocked_mm[k] > 0) period[k] = options.blocked_mm[k];
   tell(free_part, 1, 50 + 3 * gauge_steps);
-  cloth.rest(
-      {.presses = true, .period_mm = period, .max_steps = options.is_rough ? rough_steps : gauge_steps});
+  cloth.rest({.presses = true,
+              .period_mm = period,
+              .lean = result.lean,
+              .max_steps = options.is_rough ? rough_steps : gauge_steps});
   cloth.give(knit);
   double low = 0;
   double high = 0;
@@ -161,14 +188,15 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
   }
   constexpr double min_part = 0.75;
   const double fraction = thinned * cloth.radius_fraction();
-  return {.pattern = std::move(knit.pattern),
-          .radius_fraction = fraction,
-          .has_settled = fraction >= min_part,
-          .parts = std::move(knit.parts),
-          .free_mm = free,
-          .stretch = cloth.stretch(),
-          .steps = cloth.steps(),
-          .residual = cloth.residual()};
+  result.pattern = std::move(knit.pattern);
+  result.radius_fraction = fraction;
+  result.has_settled = fraction >= min_part;
+  result.parts = std::move(knit.parts);
+  result.free_mm = free;
+  result.stretch = cloth.stretch();
+  result.steps = cloth.steps();
+  result.residual = cloth.residual();
+  return result;
 }
 
 }  // namespace selvedge

@@ -345,6 +345,18 @@ void tell_thickness(double fraction, FoundStitch& found) {
         fmt::format("yarns thinned to {:.2f} of their thickness: there is no more room", fraction));
 }
 
+/// Tells the angle of wales that are not upright when free.
+void tell_lean(const RelaxResult& rested, FoundStitch& found) {
+  if (rested.free_lean == 0) return;
+  const double degrees = std::atan(rested.free_lean) * 180 / std::numbers::pi;
+  const std::string lean =
+      fmt::format("lean {:.0f} degrees to the {}", std::abs(degrees), degrees > 0 ? "right" : "left");
+  found.remarks.push_back(
+      rested.laps > 1
+          ? fmt::format("wales {}: {} repeats above each other are one", lean, rested.laps)
+          : fmt::format("left to itself its wales would {}: its repeat is blocked straight", lean));
+}
+
 /// Tells the size of a chart or draft of `cells` each way, whose repeats are still to be laid.
 void tell_size(const StitchValues& values, const V2i& cells, const V2i& min_texels, bool woven,
                const DrawnKnit& drawn, const StartCallback& start) {
@@ -414,6 +426,8 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
     found.plain_mm = {values.number("wale_mm"), values.number("course_mm")};
     found.steps_to_rest = result.steps;
     found.rest_residual = result.residual;
+    tell_lean(result, found);
+    found.pattern = close_lean(found.pattern, result.lean, result.laps);
     if (result.residual > max_rest_residual)
       found.remarks.push_back(fmt::format(
           "the knit was stopped before its rest: its last 20 of {} steps still freed {:.1f} % of its energy",
@@ -423,7 +437,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
   }
   value_or_throw(validate(found.pattern, stitch.info.name));
   lay_repeats(values, stitch.info.name, found);
-  found.stitch_count = stitch.stitch_count * found.repeats * found.repeats;
+  found.stitch_count = stitch.stitch_count * result.laps * found.repeats * found.repeats;
   found.wales = stitch.wales * found.repeats;
   return found;
 }
@@ -452,7 +466,8 @@ FoundStitch chart_in(const std::string& text, const std::string& path, const Sti
       relaxed(stitch, settings, relaxer, [&](const StitchValues& values, const DrawnKnit& drawn) {
         tell_size(values, cells, texels, false, drawn, start);
       }));
-  found.min_texels = texels * found.repeats;
+  const int rows = found.stitch_count / (found.wales * found.repeats);  // with its laps
+  found.min_texels = V2i(texels.x, texels_along(rows, texels_per_stitch)) * found.repeats;
   found.remarks.insert(found.remarks.begin(), chart.remarks.begin(), chart.remarks.end());
   return found;
 }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/parameters.h"
@@ -120,6 +121,20 @@ Result<void> validate(const StitchPattern& pattern, const std::string& file, con
 V2i chain_periods(const Yarn& yarn, const V2d& period_mm) {
   const V2d turns = turns_unrounded(yarn, period_mm);
   return {static_cast<int>(std::lround(turns.x)), static_cast<int>(std::lround(turns.y))};
+}
+
+StitchPattern close_lean(const StitchPattern& pattern, double lean, int laps) {
+  StitchPattern result = pattern;
+  result.period_mm.y *= laps;
+  for (int lap = 1; lap < laps; ++lap) {
+    const V3d up(lap * lean * pattern.period_mm.y, lap * pattern.period_mm.y, 0);
+    for (Yarn yarn : pattern.yarns) {
+      for (BezierSegment& segment : yarn.segments)
+        for (V3d& p : segment) p += up;
+      result.yarns.push_back(std::move(yarn));
+    }
+  }
+  return result;
 }
 
 StitchPattern repeat_pattern(const StitchPattern& pattern, int count) {

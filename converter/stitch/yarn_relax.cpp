@@ -489,22 +489,23 @@ class Relaxation {
   bool any_soft_ = false;
 };
 
-/// Scales yarns that overlap by more than touching_overlap down by enough that they do not; returns the
-/// factor. Steep sections of flat yarn turn along a piece of the relaxation, and the yarns of a draft may
-/// overlap by much of the thinner.
-double thin_to_touch(StitchPattern& pattern) {
-  double thinner = 1;
+/// Scales yarns that overlap by more than touching_overlap down by enough that they do not. Steep sections of
+/// flat yarn turn along a piece of the relaxation, and the yarns of a draft may overlap by much of the
+/// thinner.
+void thin_to_touch(RelaxResult& relaxed) {
+  StitchPattern& pattern = relaxed.pattern;
   double overlap = 0;
   do {
-    const auto clearance = minimum_clearance(pattern, "");
+    const auto clearance = relaxed.laps == 1
+                               ? minimum_clearance(pattern, "")
+                               : minimum_clearance(close_lean(pattern, relaxed.lean, relaxed.laps), "");
     if (!clearance) break;  // no valid pattern
     overlap = -*clearance / min_half_thickness(pattern);
     if (overlap <= touching_overlap) break;
     const double factor = std::max(0.5, 1 - 0.5 * overlap);
     for (Yarn& yarn : pattern.yarns) yarn.radius_mm *= factor;
-    thinner *= factor;
+    relaxed.radius_fraction *= factor;
   } while (overlap > 1);
-  return thinner;
 }
 
 }  // namespace
@@ -512,8 +513,7 @@ double thin_to_touch(StitchPattern& pattern) {
 RelaxResult relax(const StitchPattern& pattern, const RelaxOptions& options) {
   if (!options.parts.empty()) {
     RelaxResult rested = rest_knit(pattern, options);
-    if (options.may_thin && !options.is_rough && !rested.is_edit)
-      rested.radius_fraction *= thin_to_touch(rested.pattern);
+    if (options.may_thin && !options.is_rough && !rested.is_edit) thin_to_touch(rested);
     return rested;
   }
   const double min_part = options.is_rough ? 0.85 : 0.95;
@@ -536,7 +536,7 @@ RelaxResult relax(const StitchPattern& pattern, const RelaxOptions& options) {
     relaxed.pattern.yarns[y].radius_mm *= part;
     if (!relaxed.pattern.yarns[y].squeezes.empty()) relaxed.pattern.yarns[y].flattening = 1;
   }
-  if (options.may_thin && !options.is_rough) relaxed.radius_fraction *= thin_to_touch(relaxed.pattern);
+  if (options.may_thin && !options.is_rough) thin_to_touch(relaxed);
   return relaxed;
 }
 

@@ -46,6 +46,7 @@ struct RelaxOptions {
   std::vector<std::vector<KnitPart>> parts{};
   V2d gauge_mm{0, 0};
   V2d blocked_mm{0, 0};
+  int stripes = 1;  ///< repeats of a knit that differ in colours alone, above each other
   /// A knit at rest of the same yarns, gauge and size of chart: where this one is drawn alike it stays as
   /// that one rests, but for some stitches around what differs.
   const RestedKnit* last = nullptr;
@@ -64,6 +65,11 @@ struct RelaxResult {
   int steps = 0;                               ///< of a knit
   double residual = 0;   ///< of a knit: fraction of the energy that the last steps freed, or one more would
   bool is_edit = false;  ///< stays as RelaxOptions::last, but for some stitches
+  /// Of a knit: mm to the right a mm upwards by which each repeat stands on the one below it, left to itself;
+  /// and as it is, so that as many `laps` above each other end in whole repeats to the side (close_lean()).
+  double free_lean = 0;
+  double lean = 0;
+  int laps = 1;
 };
 
 /// A knit that has come to rest: its drawing, with the parts of that, and relax() of both.

@@ -179,6 +179,7 @@ RelaxResult rested(const KnitChart& chart, const DrawnKnit& knit, Progress progr
   options.may_thin = true;
   options.parts = knit.parts;
   options.gauge_mm = {chart.wale_mm, chart.course_mm};
+  if (chart.blocked) options.blocked_mm = knit.pattern.period_mm;
   options.last = last;
   return relax(knit.pattern, options);
 }
@@ -401,6 +402,18 @@ TEST_CASE("cloths of the same loop lie beside plain knit as published and as kni
     CHECK(farthest >= cloth.min_slid);
     CHECK(rested(chart.knit, knit).pattern == relaxed.pattern);
   }
+}
+
+TEST_CASE("a knit that leans keeps its links from each of its laps to the next") {
+  KnitChart chart = test::need(read_chart("1: k tbl", "")).knit;
+  RelaxResult relaxed = rested(chart, draw_knit(chart, ""));
+  REQUIRE(relaxed.laps > 1);
+  const auto laps = static_cast<std::size_t>(relaxed.laps);
+  chart.rows.resize(laps, chart.rows[0]);
+  relaxed.parts.resize(laps, relaxed.parts[0]);
+  const StitchPattern closed = close_lean(relaxed.pattern, relaxed.lean, relaxed.laps);
+  REQUIRE(validate(closed, ""));
+  CHECK(passes_of(links_of(chart, {closed, relaxed.parts}), 1) == passes_of(expected(chart), 1));
 }
 
 TEST_CASE("stripes rest as one row of them does") {

@@ -3,7 +3,10 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <string>
 
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/find_cell.h"
@@ -194,6 +197,40 @@ TEST_CASE("a knit is blocked to a size, or one side of it, and its yarn keeps it
   const StitchPattern wide = found("rib", {{"width_mm", {9}}});
   CHECK(wide.period_mm.x == 9);
   CHECK(wide.period_mm.y == doctest::Approx(free.period_mm.y));
+}
+
+TEST_CASE(
+    "crossed loops lean, in a repeat that is laid upwards until it closes, or straight where that is much") {
+  struct Lean {
+    const char* chart;
+    const char* remark;  // "": none
+    V2i cells;           // columns and rows of the pattern
+  };
+  const char* lies = "wales lean 11 degrees to the left: ";
+  const char* stands = "left to itself its wales would lean ";
+  for (const Lean& lean :
+       {Lean{"1: k tbl", lies, {1, 7}}, Lean{"yarn A:\nyarn B:\n2: k tbl [B]\n1: k tbl [A]", lies, {1, 8}},
+        Lean{"1: ktbl8 k", stands, {9, 1}}, Lean{"blocked: yes\n1: k tbl", "", {1, 1}},
+        Lean{"1: k", "", {1, 1}}, Lean{"1: k p", "", {2, 1}}, Lean{"1: k tbl p", "", {2, 1}},
+        Lean{"4: p2 k4 p2\n3: p2 k4 p2\n2: p2 c4f p2\n1: p2 k4 p2", "", {8, 4}}}) {
+    CAPTURE(lean.chart);
+    const FoundStitch stitch = test::need(find_stitch(StitchEntry{"lean", "", 0, lean.chart}));
+    CHECK(stitch.wales == lean.cells.x);
+    CHECK(stitch.stitch_count == lean.cells.x * lean.cells.y);
+    const auto told = std::ranges::find_if(
+        stitch.remarks, [](const std::string& remark) { return remark.find("lean") != std::string::npos; });
+    const std::string remark = told == stitch.remarks.end() ? "" : *told;
+    CHECK(remark.substr(0, std::string(lean.remark).size()) == lean.remark);
+    CHECK(remark.empty() == std::string(lean.remark).empty());
+    const StitchPattern& pattern = stitch.pattern;
+    CHECK(pattern.yarns.size() == static_cast<std::size_t>(lean.cells.y));
+    CHECK(-test::need(minimum_clearance(pattern, "")) <= touching_overlap * pattern.yarns[0].radius_mm);
+    if (lean.remark != lies) continue;
+    const V3d step = pattern.yarns[1].segments[0][0] - pattern.yarns[0].segments[0][0];
+    CHECK(std::atan2(step.x, step.y) * 180 / std::numbers::pi == doctest::Approx(-11).epsilon(0.1));
+    CHECK(step.x * lean.cells.y == doctest::Approx(-pattern.period_mm.x));
+    CHECK(step.y * lean.cells.y == doctest::Approx(pattern.period_mm.y));
+  }
 }
 
 TEST_CASE("yarn of many stitches fits into a file and its readers' memory, with fewer hairs and pieces") {
