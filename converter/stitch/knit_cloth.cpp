@@ -9,6 +9,7 @@
 #include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/knit_contacts.h"
 #include "converter/stitch/relax_chain.h"
+#include "format/base/parallel.h"
 
 namespace selvedge {
 namespace {
@@ -22,7 +23,7 @@ constexpr double chord_gap = 0.006;
 constexpr double loops_a_tile = 64;
 constexpr double max_loops_a_tile = 128;
 /// Pieces that may touch one, after it, for which there is memory at first.
-constexpr std::size_t mean_neighbours = 24;
+constexpr std::size_t mean_neighbours = 20;
 /// Friction of yarn that slides from a loop into the next: slid yarn, in loops, times this is the difference
 /// of tensions that it bears, in units of bending stiffness by radius squared (chosen). Sweeps of Jacobi's
 /// method.
@@ -308,6 +309,42 @@ double KnitCloth::energy(Vector& gradient) {
   return energy;
 }
 
+/// Adds the contacts of a piece with the ones behind it.
+void KnitCloth::find_contacts(std::uint32_t a, double margin, std::vector<Contact>& found) {
+  for (std::uint32_t k = first_neighbour_[a]; k < first_neighbour_[a + 1]; ++k) {
+    Neighbour& pair = neighbours_[k];
+    const std::uint32_t b = pair.piece;
+    const double walked = walked_[a] + walked_[b] + walked_period_ * (std::abs(pair.x) + std::abs(pair.y)) +
+                          margin + apart_margin * unit_;
+    if (walked < pair.apart_until) continue;
+    const auto skip = [&](double apart) { pair.apart_until = static_cast<float>(walked + apart); };
+    const V3d shift = way(pair.x, pair.y);
+    const Piece& one = pieces_[a];
+    const Piece& other = pieces_[b];
+    const double gap = gap_ * std::max(radii_[a], radii_[b]) + margin;
+    const double far = reaches_[a] + reaches_[b] + gap;
+    const double near = far + 0.55 * (lengths_[a] + lengths_[b]);
+    const V3d between = one.middle - other.middle - shift;
+    if (between.length2() > near * near) {
+      skip(std::sqrt(between.length2()) - near - 2 * apart_margin * unit_);
+      continue;
+    }
+    const V3d& u = one.along;
+    const V3d& v = other.along;
+    const V3d w = between + (v - u) * 0.5;
+    const auto [s, t] = nearest_of(w, u, v);
+    const V3d apart = w + u * s - v * t;
+    const double distance = std::sqrt(apart.length2());
+    if (distance >= far) skip(distance - far - 2 * apart_margin * unit_);
+    if (distance >= far || distance == 0) continue;
+    const V3d n = apart / distance;
+    V3d slope(0);
+    const double depth = support(a, n, slope) + support(b, n, slope) + gap - distance;
+    if (depth > 0)
+      found.push_back({a, b, s, t, n - (slope - n * slope.dot(n)) / distance, apart, depth - margin});
+  }
+}
+
 /// As support_of(), of a unit direction; adds its derivative.
 double KnitCloth::support(std::uint32_t piece, const V3d& direction, V3d& slope) const {
   const V3d& squeeze = squeezes_[piece];
@@ -352,7 +389,7 @@ void KnitCloth::search_if_moved() {
 void KnitCloth::search() {
   neighbours_.clear();
   neighbours_.reserve(mean_neighbours * points_.size());
-  first_neighbour_.clear();
+  first_neighbour_.assign(points_.size() + 1, 0);
   searched_.assign(points_.begin(), points_.end());
   double reach = 0;
   double widest = 0;
@@ -371,9 +408,8 @@ void KnitCloth::search() {
   reach += 2 * widest + unit_ * (gap_ + search_margin);
   reach *= 1 + std::abs(lean_);
   const PeriodicGrid grid(inside, period_, reach);
-  for (std::uint32_t a = 0; a < points_.size(); ++a) {
-    first_neighbour_.push_back(static_cast<std::uint32_t>(neighbours_.size()));
-    if (is_still(a)) continue;
+  const auto find = [&](std::uint32_t a, std::vector<Neighbour>& found) {
+    if (is_still(a)) return;
     double far = reach;
     grid.visit_near(inside[a], far, [&](int other, const V3d& upright) {
       const V3d offset(upright.x + upright.y * lean_, upright.y, upright.z);
@@ -388,10 +424,27 @@ void KnitCloth::search() {
       // Each pair once.
       if (b == a && (x < 0 || (x == 0 && y <= 0))) return;
       if (follow(a, b, x, y)) return;
-      neighbours_.push_back({b, static_cast<std::int8_t>(x), static_cast<std::int8_t>(y)});
+      found.push_back({b, static_cast<std::int8_t>(x), static_cast<std::int8_t>(y)});
     });
+  };
+  std::vector<std::vector<Neighbour>> found(pieces_a_round / pieces_a_part);
+  for (std::size_t first = 0; first < points_.size(); first += pieces_a_round) {
+    const std::size_t count = std::min(pieces_a_round, points_.size() - first);
+    parallel_chunks(count, pieces_a_part, [&](std::size_t begin, std::size_t end) {
+      std::vector<Neighbour>& own = found[begin / pieces_a_part];
+      own.clear();
+      for (std::size_t a = begin; a < end; ++a) {
+        first_neighbour_[first + a] = static_cast<std::uint32_t>(own.size());
+        find(static_cast<std::uint32_t>(first + a), own);
+      }
+    });
+    for (std::size_t a = 0; a < count; ++a) {
+      const std::vector<Neighbour>& own = found[a / pieces_a_part];
+      if (a % pieces_a_part == 0) neighbours_.insert(neighbours_.end(), own.begin(), own.end());
+      first_neighbour_[first + a] += static_cast<std::uint32_t>(neighbours_.size() - own.size());
+    }
   }
-  first_neighbour_.push_back(static_cast<std::uint32_t>(neighbours_.size()));
+  first_neighbour_.back() = static_cast<std::uint32_t>(neighbours_.size());
 }
 
 /// Whether the pieces are so close along one chain that they do not count as a contact.

@@ -127,10 +127,11 @@ class KnitCloth {
     V3d rate;
     double weight;
   };
-  struct Hessian {
-    BlockMatrix points;     ///< of one tile
-    RoughVector sides[3];   ///< of all points with the period
-    double corner[6] = {};  ///< of the period: xx, xy, yy, and with the shear: x, y, itself
+  /// The Hessian's rows of the period.
+  struct Border {
+    RoughVector sides[3];   ///< of all points with it
+    double corner[6] = {};  ///< xx, xy, yy, and with the shear: x, y, itself
+    void add_corner(const Square& square);
   };
 
   // knit_edit.cpp: what stays.
@@ -151,6 +152,7 @@ class KnitCloth {
   /// Visits pairs that are less than `margin`, mm, from touching.
   template <class Visit>
   void visit_contacts(const Visit& visit, double margin = 0);
+  void find_contacts(std::uint32_t a, double margin, std::vector<Contact>& found);
   void search_if_moved();
   void search();
   bool follow(std::uint32_t a, std::uint32_t b, double x, double y) const;
@@ -174,7 +176,7 @@ class KnitCloth {
   void move_to(const V2d& period, double lean = 0);
   template <class Visit>
   void visit_squares(const Chain& chain, std::uint32_t point, const Visit& visit) const;
-  void add(const Square& square, std::uint32_t tile, Hessian& hessian) const;
+  void add(const Square& square, std::uint32_t tile, BlockMatrix& matrix, Border& border) const;
   void factor();
   void solve(Vector& v) const;
   template <class Real>
@@ -199,6 +201,7 @@ class KnitCloth {
   std::vector<double> walked_;                  ///< mm, of pieces, and by which they have grown
   double walked_period_ = 0;                    ///< mm, by which repeats have come nearer or farther
   V3d last_way_up_{0, 0, 0};                    ///< of visit_contacts(): of a repeat; z: its width
+  std::vector<std::vector<Contact>> contacts_;  ///< of parts of a round of visit_contacts()
   std::vector<Neighbour> neighbours_;           ///< of pieces, after them
   std::vector<std::uint32_t> first_neighbour_;  ///< of each piece, and the end
   double unit_ = 0;                             ///< radius of the thickest yarn, mm

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "converter/stitch/knit_cloth.h"
-#include "converter/stitch/relax_chain.h"
+#include "format/base/parallel.h"
 
 namespace selvedge {
 
@@ -21,6 +23,10 @@ constexpr double search_margin = 1.4;
 /// Radii that rounding may take of the distance at which pairs need no look.
 constexpr double apart_margin = 1e-3;
 
+/// Pieces that a thread takes at a time, and that all look at before what they found is used.
+constexpr std::size_t pieces_a_part = 512;
+constexpr std::size_t pieces_a_round = 64 * pieces_a_part;
+
 template <class Visit>
 void KnitCloth::visit_contacts(const Visit& visit, double margin) {
   for (std::uint32_t i = 0; i < points_.size(); ++i) {
@@ -34,39 +40,18 @@ void KnitCloth::visit_contacts(const Visit& visit, double margin) {
   const V3d up(period_.y * lean_, period_.y, period_.x);
   for (int k = 0; k < 3; ++k) walked_period_ += std::abs(up[k] - last_way_up_[k]);
   last_way_up_ = up;
-  for (std::uint32_t a = 0; a < points_.size(); ++a) {
-    for (std::uint32_t k = first_neighbour_[a]; k < first_neighbour_[a + 1]; ++k) {
-      Neighbour& pair = neighbours_[k];
-      const std::uint32_t b = pair.piece;
-      const double walked = walked_[a] + walked_[b] + walked_period_ * (std::abs(pair.x) + std::abs(pair.y)) +
-                            margin + apart_margin * unit_;
-      if (walked < pair.apart_until) continue;
-      const auto skip = [&](double apart) { pair.apart_until = static_cast<float>(walked + apart); };
-      const V3d shift = way(pair.x, pair.y);
-      const Piece& one = pieces_[a];
-      const Piece& other = pieces_[b];
-      const double gap = gap_ * std::max(radii_[a], radii_[b]) + margin;
-      const double far = reaches_[a] + reaches_[b] + gap;
-      const double near = far + 0.55 * (lengths_[a] + lengths_[b]);
-      const V3d between = one.middle - other.middle - shift;
-      if (between.length2() > near * near) {
-        skip(std::sqrt(between.length2()) - near - 2 * apart_margin * unit_);
-        continue;
-      }
-      const V3d& u = one.along;
-      const V3d& v = other.along;
-      const V3d w = between + (v - u) * 0.5;
-      const auto [s, t] = nearest_of(w, u, v);
-      const V3d apart = w + u * s - v * t;
-      const double distance = std::sqrt(apart.length2());
-      if (distance >= far) skip(distance - far - 2 * apart_margin * unit_);
-      if (distance >= far || distance == 0) continue;
-      const V3d n = apart / distance;
-      V3d slope(0);
-      const double depth = support(a, n, slope) + support(b, n, slope) + gap - distance;
-      if (depth > 0)
-        visit(Contact{a, b, s, t, n - (slope - n * slope.dot(n)) / distance, apart, depth - margin});
-    }
+  contacts_.resize(pieces_a_round / pieces_a_part);
+  // Parts of the cloth at once; their contacts are visited in order, so that sums are the same.
+  for (std::size_t first = 0; first < points_.size(); first += pieces_a_round) {
+    const std::size_t count = std::min(pieces_a_round, points_.size() - first);
+    parallel_chunks(count, pieces_a_part, [&](std::size_t begin, std::size_t end) {
+      std::vector<Contact>& found = contacts_[begin / pieces_a_part];
+      found.clear();
+      for (std::size_t a = begin; a < end; ++a)
+        find_contacts(static_cast<std::uint32_t>(first + a), margin, found);
+    });
+    for (std::size_t part = 0; part * pieces_a_part < count; ++part)
+      for (const Contact& contact : contacts_[part]) visit(contact);
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include "converter/stitch/knit_contacts.h"
 #include "converter/stitch/yarn_relax.h"
+#include "format/base/parallel.h"
 
 namespace selvedge {
 namespace {
@@ -287,7 +288,7 @@ void KnitCloth::visit_squares(const Chain& chain, std::uint32_t i, const Visit& 
 
 /// Adds a square to the Hessian of a tile. Squares of points in several tiles are replaced by their
 /// bound by Cauchy and Schwarz, which does not couple these.
-void KnitCloth::add(const Square& square, std::uint32_t tile, Hessian& hessian) const {
+void KnitCloth::add(const Square& square, std::uint32_t tile, BlockMatrix& matrix, Border& border) const {
   double tiles = 0;
   for (int p = 0; p < square.count; ++p) {
     bool is_new = true;
@@ -299,29 +300,33 @@ void KnitCloth::add(const Square& square, std::uint32_t tile, Hessian& hessian) 
   for (int p = 0; p < square.count; ++p) {
     const std::uint32_t point = square.points[p];
     if (tile_of_[point] != tile) continue;
-    for (int k = 0; k < (leans_ ? 3 : 2); ++k) {
+    for (int k = 0; k < (leans_ ? 3 : is_free_ ? 2 : 0); ++k) {
       V3d axis = n;
       if (has_axes) axis[k % 2] = 1;
-      hessian.sides[k].points[point] += V3f(axis * (square.weight * square.parts[p] * square.rate[k]));
+      border.sides[k].points[point] += V3f(axis * (square.weight * square.parts[p] * square.rate[k]));
     }
     for (int q = 0; q <= p; ++q) {
       if (tile_of_[square.points[q]] != tile) continue;
       // A point may touch its own image: then this is both the block and its mirror.
       const double times = q < p && square.points[q] == point ? 2 * tiles : tiles;
       const double weight = times * square.weight * square.parts[p] * square.parts[q];
-      Eigen::Matrix3f& block = hessian.points.at(place_of_[point], place_of_[square.points[q]]);
+      Eigen::Matrix3f& block = matrix.at(place_of_[point], place_of_[square.points[q]]);
       for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
           block(i, j) += static_cast<float>(weight * (has_axes ? (i == j ? 1 : 0) : n[i] * n[j]));
     }
   }
-  if (tile_of_[square.points[0]] != tile) return;
-  hessian.corner[0] += square.weight * square.rate.x * square.rate.x;
-  if (!has_axes) hessian.corner[1] += square.weight * square.rate.x * square.rate.y;
-  hessian.corner[2] += square.weight * square.rate.y * square.rate.y;
-  hessian.corner[3] += square.weight * square.rate.x * square.rate.z;
-  if (!has_axes) hessian.corner[4] += square.weight * square.rate.y * square.rate.z;
-  hessian.corner[5] += square.weight * square.rate.z * square.rate.z;
+}
+
+void KnitCloth::Border::add_corner(const Square& square) {
+  const bool has_axes = square.n == V3d(0);
+  const V3d& rate = square.rate;
+  corner[0] += square.weight * rate.x * rate.x;
+  if (!has_axes) corner[1] += square.weight * rate.x * rate.y;
+  corner[2] += square.weight * rate.y * rate.y;
+  corner[3] += square.weight * rate.x * rate.z;
+  if (!has_axes) corner[4] += square.weight * rate.y * rate.z;
+  corner[5] += square.weight * rate.z * rate.z;
 }
 
 /// Factors the Gauss-Newton Hessian of each tile.
@@ -348,45 +353,53 @@ void KnitCloth::factor() {
         if (tile_of_[b] != tile_of_[a]) contacts_of[tile_of_[b]].push_back(index);
       },
       near_radii * grown_ * unit_);
-  Hessian hessian{BlockMatrix(0), {}};
-  for (RoughVector& side : hessian.sides) side.points.resize(points_.size(), V3f(0));
-  for (std::uint32_t tile = 0; tile < tiles_.size(); ++tile) {
-    if (tiles_[tile].empty()) continue;
-    hessian.points = BlockMatrix(static_cast<std::uint32_t>(tiles_[tile].size()));
-    const auto add_square = [&](const Square& square) { add(square, tile, hessian); };
+  const auto visit_tile = [&](std::uint32_t tile, const auto& visit) {
     for (const std::uint32_t i : tiles_[tile]) {
       const Chain& chain = chains_[chain_of_[i]];
       const std::uint32_t last = i > chain.begin ? i - 1 : chain.end - 1;
-      visit_squares(chain, i, add_square);
+      visit_squares(chain, i, visit);
       for (const std::uint32_t neighbour : {last, next_[i]})
-        if (tile_of_[neighbour] != tile) visit_squares(chain, neighbour, add_square);
+        if (tile_of_[neighbour] != tile) visit_squares(chain, neighbour, visit);
     }
     for (const std::uint32_t index : contacts_of[tile]) {
       const auto& [a, b, slope, rate, weight] = contacts[index];
-      add_square({{a, b}, {1, -1}, 2, V3d(slope), V3d(rate), weight});
+      visit(Square{{a, b}, {1, -1}, 2, V3d(slope), V3d(rate), weight});
     }
-    factors_[tile] = BlockCholesky(std::move(hessian.points));
-  }
+  };
+  Border border;
+  if (is_free_)
+    for (RoughVector& side : border.sides) side.points.resize(points_.size(), V3f(0));
+  parallel_for(0, static_cast<int>(tiles_.size()), [&](int t) {
+    const auto tile = static_cast<std::uint32_t>(t);
+    if (tiles_[tile].empty()) return;
+    BlockMatrix matrix(static_cast<std::uint32_t>(tiles_[tile].size()));
+    visit_tile(tile, [&](const Square& square) { add(square, tile, matrix, border); });
+    factors_[tile] = BlockCholesky(std::move(matrix));
+  });
   if (!is_free_) return;
+  for (std::uint32_t tile = 0; tile < tiles_.size(); ++tile)
+    visit_tile(tile, [&](const Square& square) {
+      if (tile_of_[square.points[0]] == tile) border.add_corner(square);
+    });
   for (int k = 0; k < 2; ++k) {
-    borders_[k] = hessian.sides[k];
+    borders_[k] = border.sides[k];
     solve_points(borders_[k]);
   }
   // The Schur complement of the period.
-  double c[3] = {hessian.corner[0] - hessian.sides[0].dot(borders_[0]),
-                 hessian.corner[1] - hessian.sides[0].dot(borders_[1]),
-                 hessian.corner[2] - hessian.sides[1].dot(borders_[1])};
+  double c[3] = {border.corner[0] - border.sides[0].dot(borders_[0]),
+                 border.corner[1] - border.sides[0].dot(borders_[1]),
+                 border.corner[2] - border.sides[1].dot(borders_[1])};
   const double determinant = c[0] * c[2] - c[1] * c[1];
   period_inverse_[0] = c[2] / determinant;
   period_inverse_[1] = -c[1] / determinant;
   period_inverse_[2] = c[0] / determinant;
   if (!leans_) return;
   // Then the shear, of what these two leave.
-  borders_[2] = hessian.sides[2];
-  borders_[2].period = V3d(hessian.corner[3], hessian.corner[4], 0);
+  borders_[2] = border.sides[2];
+  borders_[2].period = V3d(border.corner[3], border.corner[4], 0);
   const V3d side = borders_[2].period;
   solve_upright(borders_[2]);
-  shear_pivot_ = hessian.corner[5] - hessian.sides[2].dot(borders_[2]) - side.dot(borders_[2].period);
+  shear_pivot_ = border.corner[5] - border.sides[2].dot(borders_[2]) - side.dot(borders_[2].period);
 }
 
 /// Multiplies by the inverse of what factor() has factored.
@@ -416,17 +429,17 @@ void KnitCloth::solve_upright(VectorOf<Real>& v) const {
 
 template <class Real>
 void KnitCloth::solve_points(VectorOf<Real>& v) const {
-  std::vector<Eigen::Vector3f> x;
-  for (std::size_t tile = 0; tile < tiles_.size(); ++tile) {
-    const std::vector<std::uint32_t>& points = tiles_[tile];
-    x.clear();
+  parallel_for(0, static_cast<int>(tiles_.size()), [&](int tile) {
+    const std::vector<std::uint32_t>& points = tiles_[static_cast<std::size_t>(tile)];
+    std::vector<Eigen::Vector3f> x;
+    x.reserve(points.size());
     for (const std::uint32_t i : points)
       x.push_back(
           Eigen::Matrix<Real, 3, 1>(v.points[i].x, v.points[i].y, v.points[i].z).template cast<float>());
-    factors_[tile].solve(x);
+    factors_[static_cast<std::size_t>(tile)].solve(x);
     for (std::size_t i = 0; i < points.size(); ++i)
       for (int k = 0; k < 3; ++k) v.points[points[i]][k] = x[i][k];
-  }
+  });
 }
 
 }  // namespace selvedge
