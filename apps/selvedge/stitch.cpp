@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
 
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/make.h"
@@ -104,12 +103,8 @@ Cell cell_of(const StitchCommand& command, StitchForm form) {
 
 Result<int> write_description(const StitchCommand& command) {
   if (!is_stitch(command.input)) value_or_throw(find_stitch(command.input));
-  auto file = value_or_throw(AtomicFile::create(command.output));
   const FoundStitch stitch = cell_of(command, StitchForm::pattern).stitch.value();
-  std::ofstream text(file.temporary_path(), std::ios::binary);
-  write_json(stitch.pattern, text);
-  if (!text.flush()) return fail(Code::file_unwritable, command.output, "", "it could not be written");
-  value_or_throw(file.commit());
+  value_or_throw(write_file(command.output, to_json(stitch.pattern)));
   Json json{{"stitch", stitch.pattern.name},
             {"output", command.output},
             {"yarns", stitch.pattern.yarns.size()},

@@ -4,8 +4,6 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <ostream>
-#include <sstream>
 
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/parameters.h"
@@ -147,15 +145,15 @@ Result<StitchPattern> read_stitch(std::string_view text, const std::string& file
   }
 }
 
-void write_json(const StitchPattern& pattern, std::ostream& text) {
+std::string to_json(const StitchPattern& pattern) {
   // Names may hold any bytes; invalid UTF-8 is replaced.
   const auto dumped = [](const OrderedJson& json) {
     return json.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
   };
-  text << fmt::format("{{\"{}\":{},\"name\":{},\"period_mm\":{}", version_key, version, dumped(pattern.name),
-                      dumped({pattern.period_mm.x, pattern.period_mm.y}));
-  if (pattern.seed != StitchPattern().seed) text << fmt::format(",\"seed\":{}", pattern.seed);
-  text << ",\"yarns\":[";
+  std::string text = fmt::format("{{\"{}\":{},\"name\":{},\"period_mm\":{}", version_key, version,
+                                 dumped(pattern.name), dumped({pattern.period_mm.x, pattern.period_mm.y}));
+  if (pattern.seed != StitchPattern().seed) text += fmt::format(",\"seed\":{}", pattern.seed);
+  text += ",\"yarns\":[";
   // One by one: as a tree all of them take many times the memory.
   for (const Yarn& yarn : pattern.yarns) {
     OrderedJson out;
@@ -183,15 +181,10 @@ void write_json(const StitchPattern& pattern, std::ostream& text) {
       out["segments"].push_back(std::move(points));
     }
     for (const V3d& g : yarn.squeezes) out["squeezes"].push_back({g.x, g.y, g.z});
-    text << (&yarn == &pattern.yarns.front() ? "\n" : ",\n") << dumped(out);
+    text += (&yarn == &pattern.yarns.front() ? "\n" : ",\n") + dumped(out);
   }
-  text << "]}\n";
-}
-
-std::string to_json(const StitchPattern& pattern) {
-  std::ostringstream text;
-  write_json(pattern, text);
-  return text.str();
+  text += "]}\n";
+  return text;
 }
 
 }  // namespace selvedge

@@ -2,7 +2,6 @@
 // has the frame and the rules.
 #pragma once
 
-#include <iosfwd>
 #include <string>
 #include <string_view>
 
@@ -18,7 +17,6 @@ constexpr std::size_t max_stitch_bytes = 16U << 20U;
 Result<StitchPattern> read_stitch(std::string_view text, const std::string& file);
 
 /// The description of a pattern, a line for each yarn. read_stitch restores the numbers to the bit.
-void write_json(const StitchPattern& pattern, std::ostream& text);
 std::string to_json(const StitchPattern& pattern);
 
 }  // namespace selvedge
