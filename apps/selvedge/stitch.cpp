@@ -130,7 +130,9 @@ Result<int> run(const StitchCommand& command) {
   std::string text = fill_pattern(
       "{stitch}: {vertices} vertices, {triangles} triangles, {periodMm:.5g} mm, {heightMm:.3g} mm high",
       json);
-  if (cell.stitch) {
+  if (cell.stitch && hides_plies(cell.stitch->pattern, {.has_yarns = false})) {
+    text += rest_text(*cell.stitch, json);  // numbers of so much yarn would take longer than its rest
+  } else if (cell.stitch) {
     const auto clearance = value_or_throw(minimum_clearance(cell.stitch->pattern, command.input));
     json["yarns"] = cell.stitch->pattern.yarns.size();
     json["clearanceMm"] = clearance;
