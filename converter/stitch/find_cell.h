@@ -12,7 +12,8 @@
 
 namespace selvedge {
 
-/// What a stitch becomes: a mesh with all that light needs, its surface alone, its yarn alone, or no more.
+/// Form in which a stitch is wanted: a mesh with all that light needs, its surface alone, its yarn alone, or
+/// its pattern.
 enum class StitchForm { mesh, surface, yarn, pattern };
 
 struct CellOptions {

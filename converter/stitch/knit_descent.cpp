@@ -36,8 +36,8 @@ constexpr double near_stiffness = 0.1;
 /// Largest move of a step, in radii, and of the period's logarithm.
 constexpr double max_move = 0.4;
 constexpr double max_growth = 0.06;
-/// Lean that the quadratic model sees, a twentieth of what comes, from which on cloth pulls to a side:
-/// straight cloth has others by chance, which its friction holds. And a degree, below which it is none.
+/// Lean that the quadratic model sees, a twentieth of what comes, from which on cloth pulls to a side: below
+/// it, friction holds cloth straight. And a degree of lean, below which cloth counts as straight.
 constexpr double min_pull = 0.0045;
 constexpr double min_lean = 0.0175;
 constexpr std::size_t max_history = 6;

@@ -65,11 +65,10 @@ struct RelaxResult {
   int steps = 0;                               ///< of a knit
   double residual = 0;   ///< of a knit: fraction of the energy that the last steps freed, or one more would
   bool is_edit = false;  ///< stays as RelaxOptions::last, but for some stitches
-  /// Of a knit: mm to the right a mm upwards by which each repeat stands on the one below it, left to itself;
-  /// and as it is, so that as many `laps` above each other end in whole repeats to the side (close_lean()).
-  double free_lean = 0;
-  double lean = 0;
-  int laps = 1;
+  double free_lean = 0;  ///< of a knit: mm to the right a mm upwards by which repeats stand on those below
+                         ///< them, left to itself
+  double lean = 0;  ///< of a knit: the same as it is, so that `laps` repeats upwards end whole repeats aside
+  int laps = 1;     ///< close_lean()
 };
 
 /// A knit that has come to rest: its drawing, with the parts of that, and relax() of both.
