@@ -39,10 +39,10 @@ DisplayOptions over_white(DisplayOptions display) {
   return display;
 }
 
-/// Rays along a pixel's side, and CellImageOptions::max_patch_rays.
+/// Rays along a pixel's side, and CellImageOptions::max_patch_rays_per_side.
 struct Rays {
   int side = 1;
-  float max_patch = CellImageOptions{}.max_patch_rays;
+  float max_patch = CellImageOptions{}.max_patch_rays_per_side;
   auto operator<=>(const Rays&) const = default;
 };
 /// More accurate than 2 x 2 rays and not much dearer: what makes pictures dear is the number of patches.
@@ -119,7 +119,7 @@ class Drawer {
     size.band_rows = blocks != nullptr ? 8 : band_rows(rays.side);
     DrawOptions options = options_;
     options.cells.samples_per_pixel_side = image_samples(rays.side);
-    options.cells.max_patch_rays = rays.max_patch;
+    options.cells.max_patch_rays_per_side = rays.max_patch;
     // Few bands share images of single pixels.
     if (blocks != nullptr && blocks->block_size == 1) options.cells.memory_bytes /= 4;
     options.blocks = blocks;

@@ -91,7 +91,7 @@ std::string key_of(StitchPattern pattern, RelaxOptions o) {
 void pass(RelaxResult& relaxed, Numbers& all) {
   all.pass(relaxed.radius_fraction, relaxed.has_settled, relaxed.pattern.period_mm.x,
            relaxed.pattern.period_mm.y, relaxed.free_mm.x, relaxed.free_mm.y, relaxed.stretch, relaxed.steps,
-           relaxed.residual, relaxed.free_lean, relaxed.lean, relaxed.laps);
+           relaxed.residual, relaxed.free_lean, relaxed.lean, relaxed.lean_repeats);
   for (Yarn& yarn : relaxed.pattern.yarns) {
     all.pass(yarn.radius_mm, yarn.flattening);
     all.pass_all(yarn.segments);

@@ -200,7 +200,7 @@ class KnitCloth {
   std::vector<Piece> pieces_;                   ///< of visit_contacts()
   std::vector<double> walked_;                  ///< mm, of pieces, and by which they have grown
   double walked_period_ = 0;                    ///< mm, by which repeats have come nearer or farther
-  V3d last_way_up_{0, 0, 0};                    ///< of visit_contacts(): of a repeat; z: its width
+  V3d last_repeat_way_{0, 0, 0};                ///< of visit_contacts(): of a repeat; z: its width
   std::vector<std::vector<Contact>> contacts_;  ///< of parts of a round of visit_contacts()
   std::vector<Neighbour> neighbours_;           ///< of pieces, after them
   std::vector<std::uint32_t> first_neighbour_;  ///< of each piece, and the end

@@ -38,8 +38,8 @@ void KnitCloth::visit_contacts(const Visit& visit, double margin) {
     pieces_[i] = piece;
   }
   const V3d up(period_.y * lean_, period_.y, period_.x);
-  for (int k = 0; k < 3; ++k) walked_period_ += std::abs(up[k] - last_way_up_[k]);
-  last_way_up_ = up;
+  for (int k = 0; k < 3; ++k) walked_period_ += std::abs(up[k] - last_repeat_way_[k]);
+  last_repeat_way_ = up;
   contacts_.resize(pieces_a_round / pieces_a_part);
   // Parts of the cloth at once; their contacts are visited in order, so that sums are the same.
   for (std::size_t first = 0; first < points_.size(); first += pieces_a_round) {

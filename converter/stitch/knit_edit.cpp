@@ -91,7 +91,7 @@ struct KnitCloth::Kept {
 bool KnitCloth::adopt_rest(const DrawnKnit& knit, const RestedKnit& last, Kept& kept) {
   const V2d drawn_period = period_;
   const StitchPattern& rested = last.relaxed.pattern;
-  if (last.drawn.period_mm != drawn_period || last.relaxed.laps > 1) return false;
+  if (last.drawn.period_mm != drawn_period || last.relaxed.lean_repeats > 1) return false;
   const DrawnParts now(knit.pattern, knit.parts);
   const DrawnParts then(last.drawn, last.parts);
   move_to(rested.period_mm);

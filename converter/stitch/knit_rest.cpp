@@ -96,17 +96,17 @@ RelaxResult rest_repeat(const StitchPattern& drawn, RelaxOptions options, std::s
   return rested;
 }
 
-/// Sets the least number of laps after which repeats of so many loops end whole periods to the side, each at
-/// a lean within a degree of its own. Too many stay straight.
+/// Sets the least number of repeats, of so many loops each, that stand on each other and end whole periods to
+/// the side, at a lean within a degree of the free one. Too many stay straight.
 void find_laps(const V2d& period, std::size_t loops, RelaxResult& result) {
   constexpr std::size_t max_loops = 256;
   constexpr double max_turn = 0.0175;
-  for (int laps = 1; laps * loops <= max_loops; ++laps) {
-    const double height = laps * period.y;
+  for (int lean_repeats = 1; lean_repeats * loops <= max_loops; ++lean_repeats) {
+    const double height = lean_repeats * period.y;
     const double lean = std::round(height * result.free_lean / period.x) * period.x / height;
     if (std::abs(std::atan(lean) - std::atan(result.free_lean)) > max_turn) continue;
     result.lean = lean;
-    result.laps = laps;
+    result.lean_repeats = lean_repeats;
     return;
   }
 }

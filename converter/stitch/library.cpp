@@ -352,8 +352,8 @@ void tell_lean(const RelaxResult& rested, FoundStitch& found) {
   const std::string lean =
       fmt::format("lean {:.0f} degrees to the {}", std::abs(degrees), degrees > 0 ? "right" : "left");
   found.remarks.push_back(
-      rested.laps > 1
-          ? fmt::format("wales {}: {} repeats above each other are one", lean, rested.laps)
+      rested.lean_repeats > 1
+          ? fmt::format("wales {}: {} repeats above each other are one", lean, rested.lean_repeats)
           : fmt::format("left to itself its wales would {}: its repeat is blocked straight", lean));
 }
 
@@ -427,7 +427,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
     found.steps_to_rest = result.steps;
     found.rest_residual = result.residual;
     tell_lean(result, found);
-    found.pattern = close_lean(found.pattern, result.lean, result.laps);
+    found.pattern = close_lean(found.pattern, result.lean, result.lean_repeats);
     if (result.residual > max_rest_residual)
       found.remarks.push_back(fmt::format(
           "the knit was stopped before its rest: its last 20 of {} steps still freed {:.1f} % of its energy",
@@ -437,7 +437,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
   }
   value_or_throw(validate(found.pattern, stitch.info.name));
   lay_repeats(values, stitch.info.name, found);
-  found.stitch_count = stitch.stitch_count * result.laps * found.repeats * found.repeats;
+  found.stitch_count = stitch.stitch_count * result.lean_repeats * found.repeats * found.repeats;
   found.wales = stitch.wales * found.repeats;
   return found;
 }
@@ -466,7 +466,7 @@ FoundStitch chart_in(const std::string& text, const std::string& path, const Sti
       relaxed(stitch, settings, relaxer, [&](const StitchValues& values, const DrawnKnit& drawn) {
         tell_size(values, cells, texels, false, drawn, start);
       }));
-  const int rows = found.stitch_count / (found.wales * found.repeats);  // with its laps
+  const int rows = found.stitch_count / (found.wales * found.repeats);  // of all that lean
   found.min_texels = V2i(texels.x, texels_along(rows, texels_per_stitch)) * found.repeats;
   found.remarks.insert(found.remarks.begin(), chart.remarks.begin(), chart.remarks.end());
   return found;

@@ -123,11 +123,11 @@ V2i chain_periods(const Yarn& yarn, const V2d& period_mm) {
   return {static_cast<int>(std::lround(turns.x)), static_cast<int>(std::lround(turns.y))};
 }
 
-StitchPattern close_lean(const StitchPattern& pattern, double lean, int laps) {
+StitchPattern close_lean(const StitchPattern& pattern, double lean, int lean_repeats) {
   StitchPattern result = pattern;
-  result.period_mm.y *= laps;
-  for (int lap = 1; lap < laps; ++lap) {
-    const V3d up(lap * lean * pattern.period_mm.y, lap * pattern.period_mm.y, 0);
+  result.period_mm.y *= lean_repeats;
+  for (int repeat = 1; repeat < lean_repeats; ++repeat) {
+    const V3d up(repeat * lean * pattern.period_mm.y, repeat * pattern.period_mm.y, 0);
     for (Yarn yarn : pattern.yarns) {
       for (BezierSegment& segment : yarn.segments)
         for (V3d& p : segment) p += up;

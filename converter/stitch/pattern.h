@@ -94,9 +94,9 @@ Result<void> validate(const StitchPattern& pattern, const std::string& file, con
 /// pattern.
 V2i chain_periods(const Yarn& yarn, const V2d& period_mm);
 
-/// The cloth of a pattern whose repeats stand `lean` mm a mm to the right of the ones below them: `laps` of
-/// them, which end whole periods to the side.
-StitchPattern close_lean(const StitchPattern& pattern, double lean, int laps);
+/// The cloth of a pattern whose repeats stand `lean` mm a mm to the right of the ones below them:
+/// `lean_repeats` of them, which end whole periods to the side.
+StitchPattern close_lean(const StitchPattern& pattern, double lean, int lean_repeats);
 
 /// The same cloth with a period of `count` times as much each way: what varies by its seed along yarns and
 /// between them repeats less often. A yarn that runs through one repeat runs through `count` of them, or

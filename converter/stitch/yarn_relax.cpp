@@ -496,9 +496,10 @@ void thin_to_touch(RelaxResult& relaxed) {
   StitchPattern& pattern = relaxed.pattern;
   double overlap = 0;
   do {
-    const auto clearance = relaxed.laps == 1
-                               ? minimum_clearance(pattern, "")
-                               : minimum_clearance(close_lean(pattern, relaxed.lean, relaxed.laps), "");
+    const auto clearance =
+        relaxed.lean_repeats == 1
+            ? minimum_clearance(pattern, "")
+            : minimum_clearance(close_lean(pattern, relaxed.lean, relaxed.lean_repeats), "");
     if (!clearance) break;  // no valid pattern
     overlap = -*clearance / min_half_thickness(pattern);
     if (overlap <= touching_overlap) break;

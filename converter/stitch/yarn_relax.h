@@ -65,10 +65,10 @@ struct RelaxResult {
   int steps = 0;                               ///< of a knit
   double residual = 0;   ///< of a knit: fraction of the energy that the last steps freed, or one more would
   bool is_edit = false;  ///< stays as RelaxOptions::last, but for some stitches
-  double free_lean = 0;  ///< of a knit: mm to the right a mm upwards by which repeats stand on those below
-                         ///< them, left to itself
-  double lean = 0;  ///< of a knit: the same as it is, so that `laps` repeats upwards end whole repeats aside
-  int laps = 1;     ///< close_lean()
+  /// Lean of a knit: mm to the right a mm upwards by which repeats stand on the ones below them; left to
+  /// itself, and as it is, so that `lean_repeats` of them end whole periods to the side (close_lean()).
+  double free_lean = 0, lean = 0;
+  int lean_repeats = 1;
 };
 
 /// A knit that has come to rest: its drawing, with the parts of that, and relax() of both.

@@ -16,8 +16,8 @@ constexpr std::size_t segments_of_large_cell = 65536;
 /// Pieces of hairs of a large cell in the smallest pixel that shows a level of detail: fewer hairs stand for
 /// more than these, as much thicker. Pixels are as long as the longest piece by this number
 /// (CellView::max_piece_pixels).
-constexpr float hair_pieces_of_pixel = 16;
-constexpr float pixels_of_piece = 1.5F;
+constexpr float max_hair_pieces_per_pixel = 16;
+constexpr float longest_piece_pixels = 1.5F;
 constexpr float hairs_of_place = 128;  ///< hairs of large cells are in the order of places
 
 /// One segment in place of `chain`.
@@ -126,12 +126,12 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   std::span<const Yarns::Segment> rest = inside.segments;
   const auto hair_count = static_cast<float>(
       std::ranges::count_if(rest, [](const Yarns::Segment& s) { return s.hair_threshold > 0; }));
-  const float pixel = static_cast<float>(segments) * step / pixels_of_piece;
+  const float pixel = static_cast<float>(segments) * step / longest_piece_pixels;
   const bool is_small = inside.segments.size() < segments_of_large_cell;
   const float hairs_for_one =
       is_small ? 1
                : std::max(1.0F, hair_count * pixel * pixel /
-                                    (hair_pieces_of_pixel * yarns.period().x * yarns.period().y));
+                                    (max_hair_pieces_per_pixel * yarns.period().x * yarns.period().y));
   float hair_number = 0;
   hairs.reserve(static_cast<std::size_t>(hair_count / hairs_for_one));
   pieces.segments.reserve(inside.segments.size());
@@ -203,7 +203,7 @@ CellYarn::CellYarn(const Yarns& yarns, float plane, std::span<const float> sky)
 
 const YarnPieces& CellYarn::pieces(float longest) const {
   std::size_t best = 0;
-  const std::size_t count = large_ ? detail_lengths.size() : details_of_small_cell;
+  const std::size_t count = large_ ? detail_lengths.size() : small_cell_detail_count;
   while (best + 1 < count && static_cast<float>(detail_lengths[best + 1]) * step_ <= longest) ++best;
   Detail& detail = (*details_)[best];
   std::call_once(detail.once, [&] { detail.pieces = pieces_of(*yarns_, detail_lengths[best], step_); });

@@ -88,7 +88,7 @@ class CellYarn {
   float step_ = 0;  ///< mean length of a segment, mm
   /// Segments of a ply that one piece stands for.
   static constexpr std::array<int, 9> detail_lengths{1, 2, 3, 4, 6, 9, 14, 20, 30};
-  static constexpr std::size_t details_of_small_cell = 6;
+  static constexpr std::size_t small_cell_detail_count = 6;
   struct Detail {
     std::once_flag once;
     YarnPieces pieces;

@@ -201,7 +201,7 @@ void CellStore::begin(const CellFrame& frame) {
   levels_ = frame.options.levels;
   has_windows_ = frame.crops_to_parts;
   may_be_late_ = frame.may_show_parents;
-  options_.take_pixels_of_frame(frame.supersample, levels_.footprint_pixels);
+  options_.scale_to_frame_pixels(frame.supersample, levels_.footprint_pixels);
   lights_ = frame.lights;
   lights_.origin = origin_;
   frame_ = call_ + 1;

@@ -63,8 +63,8 @@ struct PatchLimits {
 
 /// How cell images are made and kept (viewer/cells). The defaults are for pictures at rest.
 struct CellImageOptions {
-  float samples_per_pixel_side = 4;  ///< of an image along a pixel's side
-  float max_patch_rays = 16;         ///< along a pixel's side: more make patches no finer
+  float samples_per_pixel_side = 4;    ///< of an image along a pixel's side
+  float max_patch_rays_per_side = 16;  ///< along a pixel's side: more make patches no finer
   PatchLimits patches;
   bool has_hairs_behind = true;  ///< also on what only shows behind other surfaces
   // As in CellView.
@@ -82,12 +82,12 @@ struct CellImageOptions {
                              << 20;  ///< bytes of all images; their shadow grids take a quarter more
 
   /// Converts samples, texels of shadows and detail from pixels of the picture to pixels of the frame, and
-  /// the limits of patches to frames of more than max_patch_rays.
-  void take_pixels_of_frame(int supersample, float footprint_pixels) {
+  /// the limits of patches to frames of more than max_patch_rays_per_side.
+  void scale_to_frame_pixels(int supersample, float footprint_pixels) {
     const float fraction = footprint_pixels / static_cast<float>(supersample);
     for (float* per_pixel : {&samples_per_pixel_side, &shadow_texels_per_pixel, &rays_per_pixel_side})
       *per_pixel *= fraction;
-    const float coarser = std::max(static_cast<float>(supersample) / max_patch_rays, 1.0F);
+    const float coarser = std::max(static_cast<float>(supersample) / max_patch_rays_per_side, 1.0F);
     for (float* pixels : {&patches.max_side_pixels, &patches.max_turn_degree_pixels,
                           &patches.max_outline_pixels, &patches.max_offset_pixels, &max_piece_pixels})
       *pixels *= coarser;

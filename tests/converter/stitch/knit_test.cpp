@@ -404,14 +404,14 @@ TEST_CASE("cloths of the same loop lie beside plain knit as published and as kni
   }
 }
 
-TEST_CASE("a knit that leans keeps its links from each of its laps to the next") {
+TEST_CASE("a knit that leans keeps its links from each repeat to the next above it") {
   KnitChart chart = test::need(read_chart("1: k tbl", "")).knit;
   RelaxResult relaxed = rested(chart, draw_knit(chart, ""));
-  REQUIRE(relaxed.laps > 1);
-  const auto laps = static_cast<std::size_t>(relaxed.laps);
-  chart.rows.resize(laps, chart.rows[0]);
-  relaxed.parts.resize(laps, relaxed.parts[0]);
-  const StitchPattern closed = close_lean(relaxed.pattern, relaxed.lean, relaxed.laps);
+  REQUIRE(relaxed.lean_repeats > 1);
+  const auto lean_repeats = static_cast<std::size_t>(relaxed.lean_repeats);
+  chart.rows.resize(lean_repeats, chart.rows[0]);
+  relaxed.parts.resize(lean_repeats, relaxed.parts[0]);
+  const StitchPattern closed = close_lean(relaxed.pattern, relaxed.lean, relaxed.lean_repeats);
   REQUIRE(validate(closed, ""));
   CHECK(passes_of(links_of(chart, {closed, relaxed.parts}), 1) == passes_of(expected(chart), 1));
 }
