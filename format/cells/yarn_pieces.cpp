@@ -13,9 +13,9 @@ constexpr float min_turn_cosine = 0.970F;
 constexpr std::size_t padding = 16;
 constexpr std::size_t run_length = 16;  ///< of pieces, and of runs
 constexpr std::size_t segments_of_large_cell = 65536;
-/// Pieces of hairs of a large cell in the smallest pixel that shows a level of detail: fewer hairs stand for
-/// more than these, as much thicker. Pixels are as long as the longest piece by this number
-/// (CellView::max_piece_pixels).
+/// Where a pixel would show more pieces of hairs of a large cell, one hair stands for several, as much
+/// thicker. The pixel is the smallest one that shows a level of detail, whose pieces are so many pixels long
+/// at most.
 constexpr float max_hair_pieces_per_pixel = 16;
 constexpr float longest_piece_pixels = 1.5F;
 constexpr float hairs_of_place = 128;  ///< hairs of large cells are in the order of places

@@ -154,6 +154,33 @@ TEST_CASE("the splatter sees what rays see, from everywhere, hairs and flat sect
   }
 }
 
+TEST_CASE("fewer hairs of a large cell cover from afar what all cover close by") {
+  Random random(7);
+  YarnData data = stranded(random, true);
+  for (YarnCurve& curve : data.curves) curve.hairs.count *= 40;
+  const Yarns yarns(std::move(data), period);
+  const CellYarn cell(yarns, plane, {});
+  const auto cover_of = [](const YarnPieces& pieces) {
+    double cover = 0;
+    for (int i = pieces.ply_piece_count; i < pieces.count(); ++i)
+      cover += static_cast<double>(pieces.segments[i].radius * pieces.segments[i].along.length());
+    return cover;
+  };
+  const YarnPieces& all = cell.pieces(0);
+  const int all_hairs = all.count() - all.ply_piece_count;
+  int last = all_hairs + 1;
+  for (const float longest : {0.0F, 0.2F, 0.4F, 0.8F}) {
+    CAPTURE(longest);
+    const YarnPieces& some = cell.pieces(longest);
+    const int hairs = some.count() - some.ply_piece_count;
+    CHECK(hairs <= last);
+    // Four standard errors of hairs whose covers differ by as much as their mean.
+    CHECK(std::abs(cover_of(some) / cover_of(all) - 1) < 4 / std::sqrt(hairs / (hair_point_count - 1.0)));
+    last = hairs;
+  }
+  CHECK(last < all_hairs / 2);
+}
+
 TEST_CASE("hairs drawn as lines are as bright and as opaque as fine samples of them") {
   Random random(11);
   const Yarns yarns(stranded(random, true), period);
