@@ -1,0 +1,31 @@
+// The arrangement of a repeat that is larger than its yarn's: each of its stitches shows one of the stitches
+// that the yarn has (spec/fabric.md, "Map").
+//
+// Stitches are the knit's stitches or the weave's crossings: equal cells of the plane, columns along growing
+// x (u), rows along falling y (v grows), from (0, 0) at u = v = 0 on. A fabric with a map has one texel for
+// each stitch of its yarn.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "format/base/vec.h"
+
+namespace selvedge {
+
+struct YarnMap {
+  V2i kinds{1, 1};  ///< columns and rows of stitches in the yarn's own repeat
+  V2i size{0, 0};   ///< columns and rows of the cloth's repeat; 0: no map
+  /// [row][column] of the cloth's repeat: row * kinds.x + column of a stitch of the yarn.
+  std::vector<std::uint16_t> shown;
+  /// Of each curve, the row of stitches that it makes, or of curves along v (repeat_offset.x is 0) the column;
+  /// the stitches along it end where it crosses their borders, and have a node there.
+  std::vector<std::int32_t> lines;
+  bool empty() const { return size.x == 0; }
+  bool operator==(const YarnMap&) const = default;
+};
+
+inline constexpr int max_map_stitches = 1 << 20;  ///< of a cloth's repeat
+inline constexpr int max_stitch_kinds = 1 << 16;
+
+}  // namespace selvedge
