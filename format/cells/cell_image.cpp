@@ -27,7 +27,13 @@ float pixel_width(const V2f& period, const CellSize& size) {
 class PointShader {
  public:
   PointShader(const ShadingJob& job, const V2f& slope, const DepthGrid& seen, CellScratch& scratch)
-      : job_(job), slope_(slope), seen_(seen), scratch_(scratch), period_(job.yarn.yarns().period()) {}
+      : job_(job),
+        slope_(slope),
+        seen_(seen),
+        scratch_(scratch),
+        period_(image_period(job.yarn, seen.size)),
+        repeat_(seen.size.shows_map ? job.yarn.yarns().period() / V2f(job.yarn.yarns().data().map.kinds)
+                                    : period_) {}
 
   void shade_all() {
     const int together = job_.view.shading_block_size;
@@ -136,7 +142,7 @@ class PointShader {
       const float at = (static_cast<float>(seen_.window_origin[axis]) + place[axis]) * period_[axis] /
                            static_cast<float>(seen_.period[axis]) +
                        slope_[axis] * above - s.start[axis];
-      return at - std::floor((at - along / 2) / period_[axis] + 0.5F) * period_[axis];
+      return at - std::floor((at - along / 2) / repeat_[axis] + 0.5F) * repeat_[axis];
     };
     const std::size_t i = batch_.count++;
     batch_.x[i] = beside(0, s.along.x);
@@ -157,6 +163,7 @@ class PointShader {
   const DepthGrid& seen_;
   CellScratch& scratch_;
   V2f period_;
+  V2f repeat_;  ///< of pieces: a map moves them by whole stitches
   ShadingBatch batch_{};
 };
 
@@ -301,14 +308,14 @@ void fill_heights(const CellYarn& yarn, const YarnPieces& pieces, const DepthGri
 }
 
 /// Whether some of a hair may lie in an image's window.
-bool reaches(const YarnPieces& pieces, std::int32_t hair, const CellYarn& yarn, const V2f& slope,
-             const CellSize& size, float radius) {
+bool reaches(const YarnPieces& pieces, std::int32_t hair, const V2f& shift, const CellYarn& yarn,
+             const V2f& slope, const CellSize& size, float radius) {
   if (size.is_whole()) return true;
   const Yarns::Segment& s = pieces.segments[hair];
-  const V2f period = yarn.yarns().period();
+  const V2f period = image_period(yarn, size);
   for (int axis = 0; axis < 2; ++axis) {
     const float samples = static_cast<float>(size.repeat_samples[axis]) / period[axis];
-    const float start = s.start[axis] - slope[axis] * (s.start.z - yarn.reference_height());
+    const float start = s.start[axis] + shift[axis] - slope[axis] * (s.start.z - yarn.reference_height());
     const float along = s.along[axis] - slope[axis] * s.along.z;
     const float wide = radius * (1 + std::abs(slope[axis])) * samples + 1;
     const float low =
@@ -323,14 +330,15 @@ bool reaches(const YarnPieces& pieces, std::int32_t hair, const CellYarn& yarn, 
 
 /// Lists the hairs of `ranges` that reach an image's window.
 void find_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const CellSize& size,
-                std::span<const PieceRange> ranges, std::vector<SeenHair>& hairs) {
+                std::span<const ShownRange> ranges, std::vector<SeenHair>& hairs) {
   hairs.clear();
   std::uint32_t k = 0;
-  for (const auto& [begin, end] : ranges) {
-    for (std::int32_t piece = begin; piece < end; ++piece, ++k) {
+  for (const ShownRange& range : ranges) {
+    for (std::int32_t piece = range.begin; piece < range.end; ++piece, ++k) {
       const Yarns::Segment& s = pieces.segments[piece];
       const float radius = std::min(std::max(view.ray_width / 2, s.radius), s.bounding_radius);
-      if (s.radius > radius * s.hair_threshold && reaches(pieces, piece, yarn, view.slope, size, radius))
+      if (s.radius > radius * s.hair_threshold &&
+          reaches(pieces, piece, range.shift, yarn, view.slope, size, radius))
         hairs.push_back({piece, k, radius});
     }
   }
@@ -440,7 +448,7 @@ class StationMarks {
 
 /// Adds the yarn to the samples of an image.
 void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, CellScratch& scratch) {
-  const float pixel = pixel_width(yarn.yarns().period(), view.size);
+  const float pixel = pixel_width(image_period(yarn, view.size), view.size);
   const float width = pixel / view.rays_per_pixel_side;
   const YarnPieces& pieces = shown_pieces(yarn, view);
   const V2f slope = ray_slope(view.view);
@@ -538,7 +546,7 @@ void set_window(RepeatParts parts, float pixels_around, CellSize& size) {
 }
 
 const YarnPieces& shown_pieces(const CellYarn& yarn, const CellView& view) {
-  return yarn.pieces(view.max_piece_pixels * pixel_width(yarn.yarns().period(), view.size));
+  return yarn.pieces(view.max_piece_pixels * pixel_width(image_period(yarn, view.size), view.size));
 }
 
 void make_yarn_samples(const CellSource& source, const CellView& view, CellScratch& scratch) {

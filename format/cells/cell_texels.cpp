@@ -151,6 +151,52 @@ std::vector<CellLamp> lamps_of_smooth_light(const SmoothLight& around, float lea
   return lamps;
 }
 
+namespace {
+
+const YarnMap* find_map(const Fabric& fabric) {
+  const auto& yarns = fabric.levels.front().yarns();
+  return yarns && !yarns->data().map.empty() ? &yarns->data().map : nullptr;
+}
+
+/// Levels of texels of a tile of a map, where fabrics store the first alone.
+constexpr int levels_of_tile = level_count(map_tile_stitches, map_tile_stitches);
+
+/// Texels of a level that an image shows: of a map those of its window.
+struct ImageTexels {
+  V2i repeat;       ///< texels of the image's repeat
+  V2i first{0, 0};  ///< of the repeat, rows upwards
+  V2i count;
+};
+ImageTexels texels_of(const CellView& view, const FabricLevel& level, int number) {
+  const CellSize& size = view.size;
+  if (!size.shows_map) return {{level.width, level.height}, {0, 0}, {level.width, level.height}};
+  ImageTexels texels{V2i(map_tile_stitches >> number), {0, 0}, {0, 0}};
+  const V2i origin = size.unwrapped_origin();
+  for (int axis = 0; axis < 2; ++axis) {
+    const float per_sample =
+        static_cast<float>(texels.repeat[axis]) / static_cast<float>(size.repeat_samples[axis]);
+    const int end = origin[axis] + size.rendered_samples()[axis];
+    texels.first[axis] = static_cast<int>(std::floor(static_cast<float>(origin[axis]) * per_sample));
+    texels.count[axis] =
+        static_cast<int>(std::ceil(static_cast<float>(end) * per_sample)) - texels.first[axis];
+  }
+  return texels;
+}
+
+/// The level of these texels of a map.
+FabricLevel level_of_map(const Fabric& fabric, const YarnMap& map, const CellView& view, int number,
+                         const ImageTexels& texels) {
+  const V2i end = texels.first + texels.count;
+  const V2i first_row(view.size.first_stitch.x + (texels.first.x << number),
+                      -(view.size.first_stitch.y + (end.y << number)));
+  std::vector<FabricLevel> levels{
+      shown_texels(fabric.levels.front(), map, first_row, texels.count * (1 << number))};
+  add_coarser_levels(levels, number + 1);
+  return std::move(levels.back());
+}
+
+}  // namespace
+
 float max_yarn_pixel_texels(const Fabric& fabric) {
   const auto& yarns = fabric.levels.front().yarns();
   if (!yarns) return 0;
@@ -161,9 +207,10 @@ float max_yarn_pixel_texels(const Fabric& fabric) {
 
 CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced) {
   const std::vector<FabricLevel>& levels = fabric.levels;
-  const int last = static_cast<int>(levels.size()) - 1;
+  const bool has_map = find_map(fabric) != nullptr;
+  const int last = (has_map ? levels_of_tile : static_cast<int>(levels.size())) - 1;
   if (forced >= 0) return {0, std::min(forced, last), 0};
-  const V2f texels(fabric.texels());
+  const V2f texels = has_map ? V2f(map_tile_stitches) : V2f(fabric.texels());
   const V2f size = pixel * texels;
   const float width = pixel_width_texels({V2f(size.x, 0), V2f(0, size.y)});
   const float level = std::clamp(std::log2(width) + level_bias, 0.0F, static_cast<float>(last));
@@ -172,15 +219,16 @@ CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced) {
   const auto is_large = [&](const FabricLevel& candidate) {
     return std::max(candidate.width, candidate.height) > max_cell_samples;
   };
-  while (shown.finer_level < last && is_large(levels[shown.finer_level])) ++shown.finer_level;
+  while (!has_map && shown.finer_level < last && is_large(levels[shown.finer_level])) ++shown.finer_level;
   if (shown.finer_level < last)
     shown.coarser_weight = coarser_level_weight(level - static_cast<float>(shown.finer_level));
   return shown;
 }
 
 CellSize texel_cell_size(const Fabric& fabric, const V2f& pixel, int level) {
-  const FabricLevel& stored = fabric.levels[level];
-  CellSize size{{stored.width, stored.height}, {1, 1}, 1};
+  const bool has_map = find_map(fabric) != nullptr;
+  const FabricLevel& stored = fabric.levels[has_map ? 0 : level];
+  CellSize size{has_map ? V2i(map_tile_stitches >> level) : V2i(stored.width, stored.height), {1, 1}, 1};
   for (int axis = 0; axis < 2; ++axis) {
     const float texels = std::min(pixel[axis], 1.0F) * static_cast<float>(size.repeat_samples[axis]);
     size.pixel_samples[axis] = std::max(1, static_cast<int>(std::lround(texels)));
@@ -195,7 +243,12 @@ CellTexels::CellTexels(const Fabric& fabric) : front_{&fabric, smooth_response(f
 
 void CellTexels::add_level(const CellView& view, int number, float weight, std::span<Group> samples) const {
   if (!(weight > 0)) return;
-  const FabricLevel& level = front_.fabric->levels[number];
+  const YarnMap* const map = view.size.shows_map ? find_map(*front_.fabric) : nullptr;
+  const auto& stored = front_.fabric->levels;
+  const ImageTexels shown = texels_of(view, stored[map != nullptr ? 0 : number], number);
+  const FabricLevel of_map =
+      map != nullptr ? level_of_map(*front_.fabric, *map, view, number, shown) : FabricLevel();
+  const FabricLevel& level = map != nullptr ? of_map : stored[number];
   const std::size_t count = level.texels();
   std::vector<Quad> texels(count * view.plane_count);
   const TappedDirection seen(front_.fabric->views, view.view);
@@ -214,7 +267,9 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
     }
     std::optional<SmoothLight> around = view.environment;
     if (around && behind) around = mirrored(*around);
-    const FabricLevel& own = layer.fabric->levels[number];
+    const FabricLevel through =
+        map != nullptr && behind ? level_of_map(*layer.fabric, *map, view, number, shown) : FabricLevel();
+    const FabricLevel& own = !behind ? level : map != nullptr ? through : layer.fabric->levels[number];
     const SmoothLight* const smooth = around ? &*around : nullptr;
     if (is_linear(own))
       add_linear(own, *layer.fabric, layer.response, seen.taps, lamps, smooth, alpha, texels);
@@ -222,16 +277,18 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
       add_texels(own, *layer.fabric, seen, std::move(lamps), smooth, texels);
   }
   // A sample shows the texel in which its middle lies. Rows of samples rise, texels' fall.
-  const V2i& size = view.size.repeat_samples;
-  const auto texel_at = [](int sample, int samples_across, int extent) {
-    return (2 * sample + 1) * extent / (2 * samples_across);
+  const V2i size = view.size.rendered_samples();
+  const V2i origin = map != nullptr ? view.size.unwrapped_origin() : V2i(0, 0);
+  const auto texel_at = [&](int sample, int axis) {
+    const int samples = 2 * view.size.repeat_samples[axis];
+    const int twice = (2 * (origin[axis] + sample) + 1) * shown.repeat[axis] - shown.first[axis] * samples;
+    return std::min(twice / samples, shown.count[axis] - 1);
   };
   Group* to = samples.data();
   for (int y = 0; y < size.y; ++y) {
-    const std::size_t row =
-        std::size_t{1} * (level.height - 1 - texel_at(y, size.y, level.height)) * level.width;
+    const std::size_t row = std::size_t{1} * (level.height - 1 - texel_at(y, 1)) * level.width;
     for (int x = 0; x < size.x; ++x) {
-      const std::size_t i = row + texel_at(x, size.x, level.width);
+      const std::size_t i = row + texel_at(x, 0);
       (*to)[3] += weight * alpha[i];
       for (int plane = 0; plane < view.plane_count; ++plane, ++to) {
         const Quad& value = texels[plane * count + i];

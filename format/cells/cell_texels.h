@@ -22,8 +22,8 @@ std::vector<CellLamp> lamps_of_smooth_light(const SmoothLight& around, float lea
 /// Width of the pixels at which texels take over from the yarn itself, in texels of level 0; 0 without yarn.
 float max_yarn_pixel_texels(const Fabric& fabric);
 
-/// For pixels of `pixel` repeats along u and v. The finer level has 2 to 4 texels along a pixel. A `forced`
-/// level shows alone; -1: none is forced.
+/// For pixels of `pixel` repeats along u and v, or tiles of a map. The finer level has 2 to 4 texels along a
+/// pixel. A `forced` level shows alone; -1: none is forced.
 CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced);
 /// Size of images that show texels alone: samples are the texels of this level.
 CellSize texel_cell_size(const Fabric& fabric, const V2f& pixel, int level);

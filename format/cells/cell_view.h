@@ -29,6 +29,16 @@ struct CellSize {
   int stride = 1;            ///< one of `stride` filtered samples is kept
   V2i window_origin{0, 0};   ///< of the samples that are made, multiples of `stride` in [0, samples)
   V2i window_samples{0, 0};  ///< its size from there on, which the repeat continues; 0: all of the repeat
+  bool shows_map = false;    ///< the repeat is a tile of a map (Yarns::tile()), of which a window is made
+  V2i first_stitch{0, 0};    ///< of the map, at the tile's corner; rows upwards
+  /// The first sample of the window, of a tile in which its middle lies.
+  V2i unwrapped_origin() const {
+    V2i origin = window_origin;
+    for (int axis = 0; axis < 2; ++axis)
+      if (2 * window_origin[axis] + window_samples[axis] >= 2 * repeat_samples[axis])
+        origin[axis] -= repeat_samples[axis];
+    return origin;
+  }
   bool is_whole() const { return window_samples.x == 0; }
   V2i rendered_samples() const { return is_whole() ? repeat_samples : window_samples; }
   std::size_t count() const { return std::size_t{1} * rendered_samples().x * rendered_samples().y; }

@@ -51,7 +51,7 @@ constexpr float joint = 0.12F;
 /// Stores the box of N pieces' shadows on the plane along the rays, in texels, without the whole repeats (mm)
 /// that it returns.
 template <std::size_t N>
-SELVEDGE_INLINE std::array<WideFloat<N>, 2> put_box(const YarnPieces& pieces, int base,
+SELVEDGE_INLINE std::array<WideFloat<N>, 2> put_box(const YarnPieces& pieces, int base, const V2f& shift,
                                                     const WideFloat<N>& radius, const V2f& period,
                                                     float plane, const SplatView& view, const V2f& texel,
                                                     float (*to)[N]) {
@@ -66,9 +66,11 @@ SELVEDGE_INLINE std::array<WideFloat<N>, 2> put_box(const YarnPieces& pieces, in
   const Wide gz = number(YarnPieces::squeeze_z);
   // Squeezing along g is at its strongest by 1 - g^2.
   const Wide wide = radius / (Wide(1) - gx * gx - gy * gy - gz * gz);
-  const auto put_side = [&](YarnPieces::Number start, YarnPieces::Number along, float slope, float repeat,
-                            float size, Linear low, Linear high) __attribute__((always_inline)) {
-    const Wide first = number(start) - Wide(slope) * (number(YarnPieces::start_z) - Wide(plane));
+  const auto put_side = [&](YarnPieces::Number start, YarnPieces::Number along, float moved_by, float slope,
+                            float repeat, float size, Linear low, Linear high)
+      __attribute__((always_inline)) {
+    const Wide first =
+        number(start) + Wide(moved_by) - Wide(slope) * (number(YarnPieces::start_z) - Wide(plane));
     const Wide extent = number(along) - Wide(slope) * number(YarnPieces::along_z);
     const Wide reach = wide * Wide(std::sqrt(1 + slope * slope));
     const Wide start_of_box = first + min(extent, zero) - reach;
@@ -77,14 +79,16 @@ SELVEDGE_INLINE std::array<WideFloat<N>, 2> put_box(const YarnPieces& pieces, in
     ((first + max(extent, zero) + reach - moved) * Wide(1 / size) - half).store(to[high]);
     return moved;
   };
-  return {put_side(YarnPieces::start_x, YarnPieces::along_x, view.slope.x, period.x, texel.x, low_x, high_x),
-          put_side(YarnPieces::start_y, YarnPieces::along_y, view.slope.y, period.y, texel.y, low_y, high_y)};
+  return {put_side(YarnPieces::start_x, YarnPieces::along_x, shift.x, view.slope.x, period.x, texel.x, low_x,
+                   high_x),
+          put_side(YarnPieces::start_y, YarnPieces::along_y, shift.y, view.slope.y, period.y, texel.y, low_y,
+                   high_y)};
 }
 
 /// Sets up N pieces from `base` on; false if none of them shows.
 template <std::size_t N>
-SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& period, float plane,
-                            const SplatView& view, const V2f& texel, float (*to)[N]) {
+SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& shift, const V2f& period,
+                            float plane, const SplatView& view, const V2f& texel, float (*to)[N]) {
   using Wide = WideFloat<N>;
   const auto number = [&](YarnPieces::Number n) __attribute__((always_inline)) {
     return Wide::load(&pieces.numbers[n][base]);
@@ -102,8 +106,8 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& perio
   }
   const Wide kx(view.slope.x);
   const Wide ky(view.slope.y);
-  const Wide sx = number(YarnPieces::start_x);
-  const Wide sy = number(YarnPieces::start_y);
+  const Wide sx = number(YarnPieces::start_x) + Wide(shift.x);
+  const Wide sy = number(YarnPieces::start_y) + Wide(shift.y);
   const Wide sz = number(YarnPieces::start_z);
   const Wide gx = number(YarnPieces::squeeze_x);
   const Wide gy = number(YarnPieces::squeeze_y);
@@ -142,7 +146,7 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& perio
                (w[1] * along_e - (ex * fxx + ey * fxy + ez * fxz)) * inverse,
                (w[2] * along_e - (ex * fxy + ey * fyy + ez * fyz)) * inverse};
   const Wide radius2 = radius * radius * inverse;
-  const std::array<Wide, 2> moved = put_box<N>(pieces, base, radius, period, plane, view, texel, to);
+  const std::array<Wide, 2> moved = put_box<N>(pieces, base, shift, radius, period, plane, view, texel, to);
   const Wide half(0.5F);
   const auto put = [&](Linear n, const Wide& value) __attribute__((always_inline)) { value.store(to[n]); };
   const auto put_linear = [&](Linear first, const Wide* c) __attribute__((always_inline)) {
@@ -357,14 +361,14 @@ SELVEDGE_INLINE void blend(const float (*fields)[N], int i, const HairColours& c
 
 template <std::size_t N>
 SELVEDGE_INLINE void splat_pieces(const YarnPieces& pieces, const V2f& period, float plane,
-                                  const SplatView& view, std::span<const PieceRange> ranges,
+                                  const SplatView& view, std::span<const ShownRange> ranges,
                                   DepthGrid& grid) {
   const V2f texel = period / V2f(grid.period);
   alignas(64) float fields[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
-  for (const auto& [begin, end] : ranges) {
-    for (int base = begin; base < end; base += static_cast<int>(N)) {
-      if (!set_up<N>(pieces, base, period, plane, view, texel, fields)) continue;
-      const int lanes = std::min(static_cast<int>(N), end - base);
+  for (const ShownRange& range : ranges) {
+    for (int base = range.begin; base < range.end; base += static_cast<int>(N)) {
+      if (!set_up<N>(pieces, base, range.shift, period, plane, view, texel, fields)) continue;
+      const int lanes = std::min(static_cast<int>(N), range.end - base);
       for (int i = 0; i < lanes; ++i) {
         if (!(fields[shown][i] > 0)) continue;
         if (grid.piece.empty())
@@ -377,21 +381,21 @@ SELVEDGE_INLINE void splat_pieces(const YarnPieces& pieces, const V2f& period, f
 }
 SELVEDGE_THREE_BODIES(splat_pieces,
                       (const YarnPieces& pieces, const V2f& period, float plane, const SplatView& view,
-                       std::span<const PieceRange> ranges, DepthGrid& grid),
+                       std::span<const ShownRange> ranges, DepthGrid& grid),
                       (pieces, period, plane, view, ranges, grid))
 
 template <std::size_t N>
 SELVEDGE_INLINE void blend_pieces(const YarnPieces& pieces, const V2f& period, float plane,
                                   const SplatView& view, const DepthGrid& seen,
-                                  std::span<const PieceRange> hairs, const HairColours& colours,
+                                  std::span<const ShownRange> hairs, const HairColours& colours,
                                   std::span<Group> raw) {
   const V2f texel = period / V2f(seen.period);
   alignas(64) float fields[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
   std::size_t hair = 0;
-  for (const auto& [begin, end] : hairs) {
-    for (int base = begin; base < end; base += static_cast<int>(N)) {
-      const int lanes = std::min(static_cast<int>(N), end - base);
-      const bool any = set_up<N>(pieces, base, period, plane, view, texel, fields);
+  for (const ShownRange& range : hairs) {
+    for (int base = range.begin; base < range.end; base += static_cast<int>(N)) {
+      const int lanes = std::min(static_cast<int>(N), range.end - base);
+      const bool any = set_up<N>(pieces, base, range.shift, period, plane, view, texel, fields);
       for (int i = 0; i < lanes; ++i, ++hair)
         if (any && fields[shown][i] > 0) blend<N>(fields, i, colours, seen, hair, raw);
     }
@@ -399,7 +403,7 @@ SELVEDGE_INLINE void blend_pieces(const YarnPieces& pieces, const V2f& period, f
 }
 SELVEDGE_THREE_BODIES(blend_pieces,
                       (const YarnPieces& pieces, const V2f& period, float plane, const SplatView& view,
-                       const DepthGrid& seen, std::span<const PieceRange> hairs, const HairColours& colours,
+                       const DepthGrid& seen, std::span<const ShownRange> hairs, const HairColours& colours,
                        std::span<Group> raw),
                       (pieces, period, plane, view, seen, hairs, colours, raw))
 
@@ -430,11 +434,11 @@ class WindowAxis {
   float period_, slope_, plane_, begin_ = 0, length_ = 0;
 };
 
-void append(const PieceRange& range, std::vector<PieceRange>& to) {
-  if (!to.empty() && to.back().end == range.begin)
+void append(const PieceRange& range, const V2f& shift, std::vector<ShownRange>& to) {
+  if (!to.empty() && to.back().end == range.begin && to.back().shift == shift)
     to.back().end = range.end;
-  else
-    to.push_back(range);
+  else if (range.begin < range.end)
+    to.push_back({range, shift});
 }
 
 static_assert(columns_behind <= min_cell_texels);
@@ -442,6 +446,7 @@ static_assert(columns_behind <= min_cell_texels);
 }  // namespace
 
 void DepthGrid::resize(const CellSize& size, bool with_pieces) {
+  this->size = size;
   period = size.repeat_samples;
   window_origin = size.window_origin;
   width = size.rendered_samples().x;
@@ -451,6 +456,10 @@ void DepthGrid::resize(const CellSize& size, bool with_pieces) {
   piece.resize(with_pieces ? z.size() : 0);
 }
 
+V2f image_period(const CellYarn& yarn, const CellSize& size) {
+  return size.shows_map ? yarn.yarns().tile() : yarn.yarns().period();
+}
+
 V2f ray_slope(const V3f& direction) {
   const float rise = std::max(direction.z, min_ray_rise);
   return {direction.x / rise, direction.y / rise};
@@ -458,7 +467,7 @@ V2f ray_slope(const V3f& direction) {
 
 int ShownPieces::hair_count() const {
   int count = 0;
-  for (const PieceRange& range : hairs) count += range.end - range.begin;
+  for (const ShownRange& range : hairs) count += range.end - range.begin;
   return count;
 }
 
@@ -467,7 +476,7 @@ void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView
   shown.plies.clear();
   shown.hairs.clear();
   const int last = view.has_hairs ? pieces.count() : pieces.ply_piece_count;
-  const V2f period = yarn.yarns().period();
+  const V2f period = image_period(yarn, window.size);
   const float plane = yarn.reference_height();
   const WindowAxis x(period.x, window.period.x, window.window_origin.x, window.width, view.slope.x, plane);
   const WindowAxis y(period.y, window.period.y, window.window_origin.y, window.height, view.slope.y, plane);
@@ -475,32 +484,59 @@ void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView
       std::min(std::max(view.ray_width / 2, pieces.thickest_hair_radius), pieces.widest_hair_radius);
   const float min_shown_radius = std::min(view.ray_width / 2, pieces.min_hair_bound);
   constexpr float rounding = 1.001F;
-  const auto meets = [&](const YarnPieces::Run& run, bool is_hair) {
+  const auto meets = [&](const YarnPieces::Run& run, bool is_hair, const V2f& shift = {0, 0}) {
     const float wider = is_hair ? hair_radius : 0;
     return min_shown_radius < rounding * run.max_width &&
-           x.meets(run.low.x, run.high.x, run.low.z, run.high.z, wider) &&
-           y.meets(run.low.y, run.high.y, run.low.z, run.high.z, wider);
+           x.meets(run.low.x + shift.x, run.high.x + shift.x, run.low.z, run.high.z, wider) &&
+           y.meets(run.low.y + shift.y, run.high.y + shift.y, run.low.z, run.high.z, wider);
   };
+  if (window.size.shows_map) {
+    const YarnMap& map = yarn.yarns().data().map;
+    const V2f cell = yarn.yarns().period() / V2f(map.kinds);
+    const V2i origin = window.size.unwrapped_origin();
+    V2i first;
+    V2i end;
+    for (int axis = 0; axis < 2; ++axis) {
+      const float texel = period[axis] / static_cast<float>(window.period[axis]);
+      const float around = pieces.reach_beyond_stitch[axis] + hair_radius +
+                           std::abs(view.slope[axis]) * (pieces.relief_about(plane) + hair_radius) + texel;
+      const float from = static_cast<float>(origin[axis]) * texel;
+      const float to = from + static_cast<float>(axis == 0 ? window.width : window.height) * texel;
+      first[axis] = static_cast<int>(std::floor((from - around) / cell[axis]));
+      end[axis] = static_cast<int>(std::ceil((to + around) / cell[axis]));
+    }
+    for (int row = first.y; row < end.y; ++row) {
+      for (int column = first.x; column < end.x; ++column) {
+        const V2i kind = map.shown_upwards(window.size.first_stitch + V2i(column, row));
+        const V2f shift = V2f(V2i(column, row) - kind) * cell;
+        const auto& [plies, hairs] = pieces.stitches[std::size_t{1} * kind.y * map.kinds.x + kind.x];
+        if (meets(plies, false, shift)) append(plies.range, shift, shown.plies);
+        if (view.has_hairs && meets(hairs, true, shift)) append(hairs.range, shift, shown.hairs);
+      }
+    }
+    return;
+  }
   for (const YarnPieces::Run& group : pieces.groups) {
     const int first = pieces.runs[group.range.begin].range.begin;
     const bool is_hair = first >= pieces.ply_piece_count;
     if (first >= last) break;
     if (!meets(group, is_hair)) continue;
     for (int i = group.range.begin; i < group.range.end; ++i)
-      if (meets(pieces.runs[i], is_hair)) append(pieces.runs[i].range, is_hair ? shown.hairs : shown.plies);
+      if (meets(pieces.runs[i], is_hair))
+        append(pieces.runs[i].range, {0, 0}, is_hair ? shown.hairs : shown.plies);
   }
 }
 
 void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const DepthGrid& seen,
-                 std::span<const PieceRange> hairs, const HairColours& colours, std::span<Group> raw) {
+                 std::span<const ShownRange> hairs, const HairColours& colours, std::span<Group> raw) {
   static const auto blend_all = blend_pieces_for_this_processor();
-  blend_all(pieces, yarn.yarns().period(), yarn.reference_height(), view, seen, hairs, colours, raw);
+  blend_all(pieces, image_period(yarn, seen.size), yarn.reference_height(), view, seen, hairs, colours, raw);
 }
 
 void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view,
-           std::span<const PieceRange> ranges, DepthGrid& grid) {
+           std::span<const ShownRange> ranges, DepthGrid& grid) {
   static const auto draw_all = splat_pieces_for_this_processor();
-  draw_all(pieces, yarn.yarns().period(), yarn.reference_height(), view, ranges, grid);
+  draw_all(pieces, image_period(yarn, grid.size), yarn.reference_height(), view, ranges, grid);
   for (int row = 0; row < grid.height && grid.width == grid.period.x; ++row) {
     const auto begin = grid.z.begin() + static_cast<std::ptrdiff_t>(row) * grid.stride;
     std::copy_n(begin, columns_behind, begin + grid.width);

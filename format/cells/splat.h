@@ -21,6 +21,7 @@ inline int stride_of(int width) { return width + columns_behind; }
 /// Depths of a cell or of a window in it; `stride` - `width` columns follow each row, which of a whole cell
 /// repeat its first ones.
 struct DepthGrid {
+  CellSize size;            ///< that it was made for
   V2i period{0, 0};         ///< texels of the cell
   V2i window_origin{0, 0};  ///< texel of the cell
   int width = 0;
@@ -42,13 +43,22 @@ struct SplatView {
   bool has_hairs = true;
 };
 
-/// Pieces that a window may show, in their order: plies, then hairs that rays of a view's width meet.
+/// Pieces, and how far a map moves them, mm.
+struct ShownRange : PieceRange {
+  V2f shift{0, 0};
+};
+
+/// Pieces that a window may show, in their order: plies, then hairs that rays of a view's width meet. Of a
+/// map in the order of its stitches.
 struct ShownPieces {
-  std::vector<PieceRange> plies, hairs;
+  std::vector<ShownRange> plies, hairs;
   int hair_count() const;
 };
 void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view,
                  const DepthGrid& window, ShownPieces& shown);
+
+/// What an image repeats, mm.
+V2f image_period(const CellYarn& yarn, const CellSize& size);
 
 /// Slope of rays from a unit direction: rays rise by at least min_ray_rise (lifted.h).
 V2f ray_slope(const V3f& direction);
@@ -60,11 +70,11 @@ struct HairColours {
 /// Blends hairs, as lines of their fraction of each texel, over texels whose yarn `seen` has, in the order of
 /// the pieces. `raw`: [row][column][plane], radiance and opacity.
 void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const DepthGrid& seen,
-                 std::span<const PieceRange> hairs, const HairColours& colours, std::span<Group> raw);
+                 std::span<const ShownRange> hairs, const HairColours& colours, std::span<Group> raw);
 
 /// Draws pieces into a grid of at least min_cell_texels x min_cell_texels, whose size is set.
 void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view,
-           std::span<const PieceRange> ranges, DepthGrid& grid);
+           std::span<const ShownRange> ranges, DepthGrid& grid);
 /// Draws what the grid shows.
 void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, DepthGrid& grid);
 

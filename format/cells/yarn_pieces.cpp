@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <utility>
 
 namespace selvedge {
 namespace {
@@ -49,21 +50,81 @@ std::array<Group, 2> strands_of(const YarnCurve& curve, const V2f& sense, const 
            {static_cast<float>(s.rows.next_first_row), width, some ? sense.x : 0, some ? sense.y : 0}}};
 }
 
-/// Hairs that vanish together are in one vector of the splatter; in large cells hairs of one place.
-void sort_hairs(const V2f& period, bool is_small, std::vector<Yarns::Segment>& hairs) {
-  const float per_area =
-      is_small ? 0 : static_cast<float>(hairs.size()) / (hairs_of_place * period.x * period.y);
+/// Moves a piece of a ply by whole repeats into the stitch of a map that it belongs to, whose number it
+/// returns.
+int move_into_stitch(const Yarns& yarns, Yarns::Segment& s) {
+  const YarnMap& map = yarns.data().map;
+  const int along = yarns.data().curves[s.curve].repeat_offset.x == 0 ? 1 : 0;
+  const int line = map.lines[s.curve];
+  V2i stitch;
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto count = static_cast<float>(map.kinds[axis]);
+    const float at = (s.start[axis] + s.along[axis] / 2) / yarns.period()[axis] * count;
+    // It may bulge over its line, by less than half the repeat.
+    const int own = axis == 0 ? line : map.kinds.y - 1 - line;
+    const float repeat =
+        axis == along ? std::floor(at / count) : std::round((at - 0.5F - static_cast<float>(own)) / count);
+    stitch[axis] = axis == along ? std::min(static_cast<int>(at - repeat * count), map.kinds[axis] - 1) : own;
+    s.start[axis] -= repeat * yarns.period()[axis];
+  }
+  return stitch.y * map.kinds.x + stitch.x;
+}
+
+/// Hairs that vanish together are in one vector of the splatter; in large cells hairs of one place, and with
+/// a map of one stitch. Returns the numbers of stitches, or places.
+std::vector<int> sort_hairs(const Yarns& yarns, bool is_small, std::vector<Yarns::Segment>& hairs) {
+  const V2f period = yarns.period();
+  const YarnMap& map = yarns.data().map;
+  V2i places = map.kinds;
+  if (map.empty() && !is_small) {
+    const float per_area = static_cast<float>(hairs.size()) / (hairs_of_place * period.x * period.y);
+    for (int axis = 0; axis < 2; ++axis)
+      places[axis] = static_cast<int>(std::ceil(period[axis] * std::sqrt(per_area)));
+  }
   const auto place = [&](const Yarns::Segment& s) {
-    V2i at(0, 0);
-    for (int axis = 0; axis < 2 && !is_small; ++axis) {
-      const float places = std::ceil(period[axis] * std::sqrt(per_area));
+    V2i at;
+    for (int axis = 0; axis < 2; ++axis) {
       const float middle = (s.start[axis] + s.along[axis] / 2) / period[axis];
-      at[axis] = static_cast<int>((middle - std::floor(middle)) * places);
+      at[axis] = static_cast<int>((middle - std::floor(middle)) * static_cast<float>(places[axis]));
     }
-    return std::pair(at.y, at.x);
+    return at.y * places.x + at.x;
   };
   std::ranges::stable_sort(hairs, {},
                            [&](const Yarns::Segment& s) { return std::pair(place(s), -min_empty_width(s)); });
+  std::vector<int> numbers;
+  for (const Yarns::Segment& s : hairs) numbers.push_back(place(s));
+  return numbers;
+}
+
+/// The box of a piece: of a hair around its axis, in the first repeat.
+std::pair<V3f, V3f> box_of(const Yarns::Segment& s, bool is_hair, const V2f& period) {
+  // As the splatter's boxes.
+  const float wide = is_hair ? 0 : s.half_width(s.radius);
+  V3f low;
+  V3f high;
+  V3f start = s.start;
+  // Hairs of one place may root in different repeats.
+  for (int axis = 0; axis < 2 && is_hair; ++axis) {
+    const float middle = s.start[axis] + s.along[axis] / 2;
+    start[axis] -= std::floor(middle / period[axis]) * period[axis];
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    low[axis] = start[axis] + std::min(s.along[axis], 0.0F) - wide;
+    high[axis] = start[axis] + std::max(s.along[axis], 0.0F) + wide;
+  }
+  return {low, high};
+}
+
+float max_width_of(const Yarns::Segment& s, bool is_hair) {
+  return is_hair ? s.radius / s.hair_threshold : HUGE_VALF;
+}
+
+void grow(YarnPieces::Run& run, const V3f& low, const V3f& high, float max_width) {
+  for (int axis = 0; axis < 3; ++axis) {
+    run.low[axis] = std::min(run.low[axis], low[axis]);
+    run.high[axis] = std::max(run.high[axis], high[axis]);
+  }
+  run.max_width = std::max(run.max_width, max_width);
 }
 
 /// Adds runs to groups, and pieces to runs while these are neighbours.
@@ -73,13 +134,8 @@ class RunBuilder {
   void add(const V3f& low, const V3f& high, float max_width, bool follows) {
     if (!follows || runs_.empty() || count_ - runs_.back().range.begin == static_cast<int>(run_length))
       runs_.push_back({{count_, count_}, low, high, max_width});
-    YarnPieces::Run& run = runs_.back();
-    for (int axis = 0; axis < 3; ++axis) {
-      run.low[axis] = std::min(run.low[axis], low[axis]);
-      run.high[axis] = std::max(run.high[axis], high[axis]);
-    }
-    run.max_width = std::max(run.max_width, max_width);
-    run.range.end = ++count_;
+    grow(runs_.back(), low, high, max_width);
+    runs_.back().range.end = ++count_;
   }
 
  private:
@@ -93,22 +149,9 @@ void add_runs(const V2f& period, YarnPieces& pieces) {
   for (int i = 0; i < pieces.count(); ++i) {
     const Yarns::Segment& s = pieces.segments[i];
     const bool is_hair = i >= pieces.ply_piece_count;
-    // As the splatter's boxes.
-    const float wide = is_hair ? 0 : s.half_width(s.radius);
-    V3f low;
-    V3f high;
-    V3f start = s.start;
-    // Hairs of one place may root in different repeats.
-    for (int axis = 0; axis < 2 && is_hair; ++axis) {
-      const float middle = s.start[axis] + s.along[axis] / 2;
-      start[axis] -= std::floor(middle / period[axis]) * period[axis];
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = start[axis] + std::min(s.along[axis], 0.0F) - wide;
-      high[axis] = start[axis] + std::max(s.along[axis], 0.0F) + wide;
-    }
+    const auto [low, high] = box_of(s, is_hair, period);
     const bool follows = is_hair ? i > pieces.ply_piece_count : (s.start - end).length() < s.radius;
-    runs.add(low, high, is_hair ? s.radius / s.hair_threshold : HUGE_VALF, follows);
+    runs.add(low, high, max_width_of(s, is_hair), follows);
     end = s.start + s.along;
   }
   RunBuilder groups(pieces.groups);
@@ -116,18 +159,46 @@ void add_runs(const V2f& period, YarnPieces& pieces) {
     groups.add(run.low, run.high, run.max_width, run.range.begin != pieces.ply_piece_count);
 }
 
+/// Finds the pieces of each stitch of a map; `numbers`: of the stitches of plies, then of hairs, each in
+/// order.
+void add_stitches(const Yarns& yarns, std::span<const int> numbers, YarnPieces& pieces) {
+  const YarnMap& map = yarns.data().map;
+  const V2f cell = yarns.period() / V2f(map.kinds);
+  const YarnPieces::Run none{{}, V3f(HUGE_VALF), V3f(-HUGE_VALF), 0};
+  pieces.stitches.assign(std::size_t{1} * map.kinds.x * map.kinds.y, {none, none});
+  pieces.min_z = yarns.geometry().max_z;
+  pieces.max_z = yarns.geometry().min_z;
+  for (int i = 0; i < pieces.count(); ++i) {
+    const bool is_hair = i >= pieces.ply_piece_count;
+    YarnPieces::Stitch& stitch = pieces.stitches[numbers[i]];
+    YarnPieces::Run& run = is_hair ? stitch.hairs : stitch.plies;
+    const auto [low, high] = box_of(pieces.segments[i], is_hair, yarns.period());
+    grow(run, low, high, max_width_of(pieces.segments[i], is_hair));
+    if (run.range.end == 0) run.range.begin = i;
+    run.range.end = i + 1;
+    const V2i at(numbers[i] % map.kinds.x, numbers[i] / map.kinds.x);
+    for (int axis = 0; axis < 2; ++axis)
+      pieces.reach_beyond_stitch[axis] =
+          std::max({pieces.reach_beyond_stitch[axis], static_cast<float>(at[axis]) * cell[axis] - low[axis],
+                    high[axis] - static_cast<float>(at[axis] + 1) * cell[axis]});
+    pieces.min_z = std::min(pieces.min_z, low.z);
+    pieces.max_z = std::max(pieces.max_z, high.z);
+  }
+}
+
 /// Pieces as long as so many segments of mean length `step`, of each curve as many of its own as fit, but
 /// shorter in bends.
 YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   const Yarns::Geometry inside = yarns.geometry();
   const YarnData& data = yarns.data();
+  const YarnMap& map = data.map;
   YarnPieces pieces;
   std::vector<Yarns::Segment> hairs;
   std::span<const Yarns::Segment> rest = inside.segments;
   const auto hair_count = static_cast<float>(
       std::ranges::count_if(rest, [](const Yarns::Segment& s) { return s.hair_threshold > 0; }));
   const float pixel = static_cast<float>(segments) * step / longest_piece_pixels;
-  const bool is_small = inside.segments.size() < segments_of_large_cell;
+  const bool is_small = map.empty() && inside.segments.size() < segments_of_large_cell;
   const float hairs_for_one =
       is_small ? 1
                : std::max(1.0F, hair_count * pixel * pixel /
@@ -141,10 +212,22 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
     for (const Yarns::Segment& s : rest.first(of_ply)) length += s.along.length();
     const float fit = static_cast<float>(segments) * step * static_cast<float>(of_ply) / length;
     const int chain = std::clamp(static_cast<int>(fit * 1.01F), 1, segments);
+    const int along = curve.repeat_offset.x == 0 ? 1 : 0;
+    const float stitch_length =
+        map.empty() ? HUGE_VALF : yarns.period()[along] / static_cast<float>(map.kinds[along]);
+    const auto stitch_of = [&](const Yarns::Segment& s) {
+      return std::floor((s.start[along] + s.along[along] / 2) / stitch_length);
+    };
+    // The stitch that a map shows is found from a point of a piece (PointShader).
+    const auto is_one = [&](const Yarns::Segment& a, const Yarns::Segment& b) {
+      return a.tangent[0].dot(b.tangent[1]) >= min_turn_cosine &&
+             (map.empty() || (stitch_of(a) == stitch_of(b) && std::abs(b.start[along] + b.along[along] -
+                                                                       a.start[along]) < stitch_length / 2));
+    };
     for (int ply = 0; ply < curve.plies.count; ++ply) {
       for (int i = 0, count = 0; i < of_ply; i += count) {
         count = std::min(chain, of_ply - i);
-        while (count > 1 && rest[i].tangent[0].dot(rest[i + count - 1].tangent[1]) < min_turn_cosine) --count;
+        while (count > 1 && !is_one(rest[i], rest[i + count - 1])) --count;
         pieces.segments.push_back(chord(rest.subspan(i, count)));
       }
       rest = rest.subspan(of_ply);
@@ -157,7 +240,21 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
       hairs.back().bounding_radius *= hairs_for_one;
     }
   }
-  sort_hairs(yarns.period(), is_small, hairs);
+  std::vector<int> stitches;
+  if (!map.empty()) {
+    std::vector<std::pair<int, Yarns::Segment>> plies;
+    for (Yarns::Segment& s : pieces.segments) {
+      const int stitch = move_into_stitch(yarns, s);
+      plies.emplace_back(stitch, s);
+    }
+    std::ranges::stable_sort(plies, {}, &std::pair<int, Yarns::Segment>::first);
+    pieces.segments.clear();
+    for (const auto& [stitch, s] : plies) {
+      stitches.push_back(stitch);
+      pieces.segments.push_back(s);
+    }
+  }
+  const std::vector<int> places = sort_hairs(yarns, is_small, hairs);
   pieces.ply_piece_count = pieces.count();
   pieces.segments.insert(pieces.segments.end(), hairs.begin(), hairs.end());
   pieces.min_hair_bound = hairs.empty() ? 0 : hairs.front().bounding_radius;
@@ -180,6 +277,8 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   }
   for (std::vector<float>& values : pieces.numbers) values.resize(pieces.segments.size() + padding);
   add_runs(yarns.period(), pieces);
+  stitches.insert(stitches.end(), places.begin(), places.end());
+  if (!map.empty()) add_stitches(yarns, stitches, pieces);
   return pieces;
 }
 
@@ -192,7 +291,7 @@ CellYarn::CellYarn(const Yarns& yarns, float plane, std::span<const float> sky)
       details_(std::make_shared<std::array<Detail, detail_lengths.size()>>()) {
   for (const YarnCurve& curve : yarns.data().curves) flat_ |= !curve.is_round();
   int plies = 0;
-  large_ = yarns.geometry().segments.size() >= segments_of_large_cell;
+  large_ = !yarns.data().map.empty() || yarns.geometry().segments.size() >= segments_of_large_cell;
   for (const Yarns::Segment& s : yarns.geometry().segments) {
     if (s.hair_threshold > 0) continue;
     step_ += s.along.length();

@@ -4,6 +4,7 @@
 // of a ply, or for a piece of a hair.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <mutex>
@@ -55,6 +56,15 @@ struct YarnPieces {
     float max_width;  ///< hairs that rays see with at least this radius are not met, mm
   };
   std::vector<Run> runs, groups;
+  /// Of yarn with a map, by its stitches, rows upwards: its plies are in the order of stitches, and begin in
+  /// the first repeat.
+  struct Stitch {
+    Run plies, hairs;
+  };
+  std::vector<Stitch> stitches;
+  V2f reach_beyond_stitch{0, 0};  ///< mm
+  float min_z = 0, max_z = 0;     ///< mm, of all boxes of stitches
+  float relief_about(float plane) const { return std::max(max_z - plane, plane - min_z); }
   int ply_piece_count = 0;         ///< number of pieces that are no hairs
   float thickest_hair_radius = 0;  ///< radius, mm
   float widest_hair_radius = 0;    ///< as wide rays see it, mm

@@ -1,6 +1,8 @@
 #include "format/fabric/fabric.h"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 #include "format/fabric/level_values.h"
 
@@ -31,10 +33,16 @@ void FabricLevel::set_layer(LayerKind kind, Layer layer) { layers_[index_of(kind
 void FabricLevel::set_yarns(std::shared_ptr<const Yarns> yarns) {
   remove_layer(LayerKind::yarns);
   remove_layer(LayerKind::indirect);
+  remove_layer(LayerKind::map);
   yarns_ = std::move(yarns);
   if (!yarns_) return;
   set_layer(LayerKind::yarns, layer_from_values(curve_values(yarns_->data()), texels()));
   set_layer(LayerKind::indirect, layer_from_values(indirect_values(yarns_->data()), texels()));
+  const YarnMap& map = yarns_->data().map;
+  if (map.empty()) return;
+  std::vector<float> values(map.lines.begin(), map.lines.end());
+  values.insert(values.end(), map.shown.begin(), map.shown.end());
+  set_layer(LayerKind::map, layer_from_values(values, texels()));
 }
 
 void Fabric::add_side(Fabric other) {
@@ -51,6 +59,95 @@ void Fabric::add_side(Fabric other) {
   }
   auto& place = sides[index_of(other.side) - 1];
   place = std::make_shared<const Fabric>(std::move(other));
+}
+
+namespace {
+
+/// Mean opacity of a texel over all views.
+float mean_opacity(const FabricLevel& level, std::size_t texel) {
+  const Layer& opacity = level[LayerKind::opacity];
+  if (opacity.channels == 0) return 1;
+  const auto first = opacity.values.begin() + static_cast<std::ptrdiff_t>(texel * opacity.channels);
+  return std::accumulate(first, first + opacity.channels, 0.0F) / static_cast<float>(opacity.channels);
+}
+
+/// A level whose texels are means of a finer one's.
+FabricLevel coarser_level(const FabricLevel& finer) {
+  FabricLevel level;
+  level.width = std::max(finer.width / 2, 1);
+  level.height = std::max(finer.height / 2, 1);
+  level.pairs = finer.pairs;
+  level.bases = finer.bases;
+  for (const LayerKind kind : {LayerKind::opacity, LayerKind::products}) {
+    const Layer& from = finer[kind];
+    if (from.channels == 0) continue;
+    level.add_layer(kind, from.channels);
+    Layer to = level[kind];
+    for (int texel = 0; texel < level.texels(); ++texel) {
+      const V2i at(texel % level.width, texel / level.width);
+      const auto first = [](int i, int size, int finer_size) { return i * finer_size / size; };
+      float* const sums = &to.values[std::size_t{1} * texel * to.channels];
+      float weights = 0;
+      for (int y = first(at.y, level.height, finer.height); y < first(at.y + 1, level.height, finer.height);
+           ++y) {
+        for (int x = first(at.x, level.width, finer.width); x < first(at.x + 1, level.width, finer.width);
+             ++x) {
+          const std::size_t part = std::size_t{1} * y * finer.width + x;
+          const float weight = kind == LayerKind::products ? std::max(mean_opacity(finer, part), 1e-6F) : 1;
+          for (int i = 0; i < to.channels; ++i) sums[i] += weight * from.values[part * from.channels + i];
+          weights += weight;
+        }
+      }
+      for (int i = 0; i < to.channels; ++i) sums[i] /= weights;
+    }
+    level.set_layer(kind, std::move(to));
+  }
+  return level;
+}
+
+}  // namespace
+
+FabricLevel shown_texels(const FabricLevel& level, const YarnMap& map, const V2i& first, const V2i& size) {
+  FabricLevel result;
+  result.width = size.x;
+  result.height = size.y;
+  result.pairs = level.pairs;
+  result.bases = level.bases;
+  for (const LayerKind kind : {LayerKind::opacity, LayerKind::products}) {
+    Layer layer{level[kind].channels, {}};
+    layer.values.reserve(std::size_t{1} * size.x * size.y * layer.channels);
+    for (int y = 0; y < size.y; ++y) {
+      for (int x = 0; x < size.x; ++x) {
+        const V2i shown = map.shown_upwards({first.x + x, -1 - first.y - y});
+        const int texel = (map.kinds.y - 1 - shown.y) * map.kinds.x + shown.x;
+        const auto from = level[kind].values.begin() + std::ptrdiff_t{texel} * layer.channels;
+        layer.values.insert(layer.values.end(), from, from + layer.channels);
+      }
+    }
+    result.set_layer(kind, std::move(layer));
+  }
+  return result;
+}
+
+void add_coarser_levels(std::vector<FabricLevel>& levels, int count) {
+  while (static_cast<int>(levels.size()) < count) levels.push_back(coarser_level(levels.back()));
+}
+
+Fabric arranged(const Fabric& fabric) {
+  const auto& yarns = fabric.levels.front().yarns();
+  if (!yarns || yarns->data().map.empty()) return fabric;
+  const YarnMap& map = yarns->data().map;
+  const auto with_all_texels = [&](const Fabric& side) {
+    Fabric result{side, {}, {}};
+    result.levels.push_back(shown_texels(side.levels.front(), map, {0, 0}, map.size));
+    add_coarser_levels(result.levels, level_count(map.size.x, map.size.y));
+    return result;
+  };
+  Fabric result = with_all_texels(fabric);
+  result.levels.front().set_yarns(yarns);
+  for (const Side side : other_sides)
+    if (const Fabric* const other = fabric.find_side(side)) result.add_side(with_all_texels(*other));
+  return result;
 }
 
 Fabric turned_over(const Fabric& fabric) {

@@ -151,6 +151,15 @@ void for_each_side(const Fabric& fabric, const Visit& visit) {
     if (other) visit(*other);
 }
 
+/// The fabric with the texels of its map's repeat: one for each of its stitches, and coarser levels that are
+/// means of those, by their opacity. For evaluation by (u, v); not to be written. Without a map, itself.
+Fabric arranged(const Fabric& fabric);
+
+/// A level of texels of a map's stitches: `size` of them from column and row `first` on, of any repeat.
+FabricLevel shown_texels(const FabricLevel& level, const YarnMap& map, const V2i& first, const V2i& size);
+/// Appends levels of means of the last level's texels until there are so many.
+void add_coarser_levels(std::vector<FabricLevel>& levels, int count);
+
 /// The fabric turned over, so that its back is its front: levels of the back, or of the front where it
 /// has none, and the yarn from below. Precondition: it has a back.
 Fabric turned_over(const Fabric& fabric);

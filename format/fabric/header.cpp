@@ -35,6 +35,11 @@ class TextIo {
     if (text.is_reading()) {
       require_layer(text, header, LayerKind::yarns, header, LayerKind::indirect);
       require_layer(text, header, LayerKind::indirect, header, LayerKind::yarns);
+      require_layer(text, header, LayerKind::map, header, LayerKind::yarns);
+      require_layer(text, header, LayerKind::map, header, LayerKind::products);
+      for (const LayerKind other : {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light})
+        if (header.layer(LayerKind::map) && header.layer(other))
+          text.add_issue("layers", fmt::format("has a map beside {}", name_of(other)));
     }
     if (!text.has_optional("sides", !header.sides.empty())) return;
     const JsonIo sides = text.object("sides");
@@ -103,7 +108,7 @@ class TextIo {
   }
 
   void members_of(LayerKind kind, const JsonIo& text, LayerHeader& layer, FabricHeader& header) const {
-    constexpr LayerSet of_level_0{LayerKind::bases, LayerKind::yarns, LayerKind::indirect};
+    constexpr LayerSet of_level_0{LayerKind::bases, LayerKind::yarns, LayerKind::indirect, LayerKind::map};
     LayerShape& shape = header.shape;
     text.increasing_integers("levels", layer.levels, header.levels - 1);
     if (text.is_reading() && of_level_0.contains(kind) && layer.levels != std::vector{0})
@@ -117,6 +122,12 @@ class TextIo {
       }
     }
     if (kind == LayerKind::yarns) text.yarn_counts(shape.yarns, limits_);
+    if (kind == LayerKind::map) {
+      V2i& size = shape.yarns.map_size;
+      text.integer_pair("size", size.x, size.y, 1, max_map_stitches);
+      if (text.is_reading() && std::int64_t{1} * size.x * size.y > max_map_stitches)
+        text.add_issue("size", fmt::format("has more than {} stitches", max_map_stitches));
+    }
     if (!text.is_reading()) {
       if (kind == LayerKind::yarns || kind == LayerKind::indirect) text.set_member("optional", true);
     } else if (text.input_has("optional") && !text.value()["optional"].is_boolean()) {
@@ -262,11 +273,12 @@ int FabricHeader::texel_level(int level) const {
 }
 
 std::string header_to_json(FabricHeader header) {
-  // Readers of version 4 would misread packed yarn.
+  // Readers of version 4 would misread packed yarn and maps.
   const bool is_packed = header.shape.yarns.light_functions > 0;
+  const bool has_map = header.layer(LayerKind::map).has_value();
   json text = {{"version",
-                {is_packed ? names::version_of_packed_yarn : names::fabric_version_major,
-                 names::fabric_version_minor}}};
+                {is_packed || has_map ? names::version_of_packed_yarn : names::fabric_version_major,
+                 has_map ? names::minor_version_of_maps : names::fabric_version_minor}}};
   TextIo({}).root(JsonIo::writer(text), header);
   return text.dump();
 }

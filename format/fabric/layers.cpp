@@ -69,6 +69,11 @@ constexpr std::array<LayerRow, all_layers.size()> rows{{
      number, all_finite},
     {names::part_indirect, [](const LayerShape& s) { return channels_of(indirect_value_count(s.yarns), s); },
      number, all_finite},
+    {"map",
+     [](const LayerShape& s) {
+       return channels_of(s.yarns.curves + s.yarns.map_size.x * s.yarns.map_size.y, s);
+     },
+     number, all_finite},
 }};
 
 const LayerRow& row_of(LayerKind kind) { return rows[index_of(kind)]; }
@@ -84,7 +89,7 @@ const char* name_of(Side side) {
 
 LayerSet side_layers(Side side) {
   LayerSet set = LayerSet::all();
-  if (side != Side::front) set.erase({LayerKind::yarns});
+  if (side != Side::front) set.erase({LayerKind::yarns, LayerKind::map});
   if (is_view_behind(side)) set.erase({LayerKind::indirect});
   if (is_transmission(side)) set.erase({LayerKind::opacity});
   return set;

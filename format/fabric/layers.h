@@ -9,13 +9,15 @@
 #include <string_view>
 #include <vector>
 
+#include "format/base/vec.h"
+
 namespace selvedge {
 
 /// Each kind is a part of the file. In the file's order.
-enum class LayerKind { lobes, frame, table, opacity, light, products, bases, yarns, indirect };
-inline constexpr std::array all_layers{LayerKind::lobes,   LayerKind::frame, LayerKind::table,
-                                       LayerKind::opacity, LayerKind::light, LayerKind::products,
-                                       LayerKind::bases,   LayerKind::yarns, LayerKind::indirect};
+enum class LayerKind { lobes, frame, table, opacity, light, products, bases, yarns, indirect, map };
+inline constexpr std::array all_layers{
+    LayerKind::lobes,    LayerKind::frame, LayerKind::table, LayerKind::opacity,  LayerKind::light,
+    LayerKind::products, LayerKind::bases, LayerKind::yarns, LayerKind::indirect, LayerKind::map};
 constexpr std::size_t index_of(LayerKind kind) { return static_cast<std::size_t>(kind); }
 
 /// The name of the kind, and of its part at the front.
@@ -67,7 +69,7 @@ class LayerSet {
 /// Layers for which 16 bits suffice.
 inline constexpr LayerSet half_precision_layers = [] {
   LayerSet set = LayerSet::all();
-  set.erase({LayerKind::lobes, LayerKind::yarns});
+  set.erase({LayerKind::lobes, LayerKind::yarns, LayerKind::map});
   return set;
 }();
 
@@ -98,6 +100,7 @@ struct YarnCounts {
   int values_per_station = station_value_count;
   int light_functions = 0;  ///< of packed yarn (YarnPacking); 0: it is not packed
   float step = 0;           ///< mm, of packed nodes
+  V2i map_size{0, 0};       ///< YarnMap::size
   bool operator==(const YarnCounts&) const = default;
 };
 

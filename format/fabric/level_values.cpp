@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 namespace selvedge {
 namespace {
@@ -79,10 +80,14 @@ void set_layer_pixels(FabricLevel& level, LayerKind kind, const LayerShape& shap
   level.set_layer(kind, std::move(layer));
 }
 
-void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& period, std::uint64_t memory,
+void restore_yarns(FabricLevel& level, const LayerShape& shape, const V2f& repeat, std::uint64_t memory,
                    IssueSink& sink) {
+  YarnMap map;
+  if (level.has(LayerKind::map))
+    map = map_from_values(gathered(level, LayerKind::map), shape.yarns, {level.width, level.height});
+  const V2f period = map.yarn_period(repeat);
   auto data = yarns_from_values(gathered(level, LayerKind::yarns), gathered(level, LayerKind::indirect),
-                                shape.yarns, period);
+                                shape.yarns, period, std::move(map));
   if (!data) {
     sink.add(data.error().code, fmt::format("{}/{}", name_of(LayerKind::yarns), data.error().place),
              data.error().message);

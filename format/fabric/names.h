@@ -9,6 +9,7 @@ namespace selvedge::names {
 inline constexpr int fabric_version_major = 4;
 inline constexpr int fabric_version_minor = 0;
 inline constexpr int version_of_packed_yarn = 5;  ///< major; other files have the one above
+inline constexpr int minor_version_of_maps = 1;   ///< of that one
 inline constexpr int samples_version = 3;
 
 // Parts of a fabric file beside its layers of texels (layers.cpp).

@@ -136,7 +136,8 @@ std::uint64_t FabricReader::peak_memory_bytes() const {
     for (const LayerKind kind : all_layers) {
       const int part = file_.find_part(part_name(kind, side.side));
       // Numbers that belong to no texel are put in order; light that comes through has a copy of the opacity.
-      const bool spread = kind == LayerKind::bases || kind == LayerKind::yarns || kind == LayerKind::indirect;
+      const bool spread = kind == LayerKind::bases || kind == LayerKind::yarns ||
+                          kind == LayerKind::indirect || kind == LayerKind::map;
       const std::uint64_t copies = spread ? 3 : kind == LayerKind::opacity ? 2 : 1;
       for (int k = 0; part >= 0 && k < header_.levels; ++k) {
         if (!side.has(kind, spread ? k : side.texel_level(k))) continue;

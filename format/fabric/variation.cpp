@@ -75,14 +75,26 @@ RowNoise with_lengths(float period) {
   return runs;
 }
 
+/// The rows along an axis in a tile.
+RowNoise row_noise_of(const Yarns& yarns, int axis) {
+  const YarnMap& map = yarns.data().map;
+  RowNoise runs = row_noise_along(yarns.data(), yarns.period(), axis);
+  if (map.empty() || runs.rows == 0) return runs;
+  const RowNoise lengths = with_lengths(yarns.tile()[axis]);
+  runs.lengths = lengths.lengths;
+  runs.log2_repeats = lengths.log2_repeats;
+  runs.rows = std::max(1, runs.rows * map_tile_stitches / map.kinds[1 - axis]);
+  return runs;
+}
+
 /// Wales of a knit are as wide as its rows are high.
 RowNoise places_of(const Yarns& yarns, const std::array<RowNoise, 2>& runs, std::size_t axis) {
   RowNoise result = runs[axis];
   const RowNoise& other = runs[1 - axis];
   if (result.rows == 0) {
     const auto along = static_cast<int>(axis);
-    const float wales = static_cast<float>(other.rows) * yarns.period()[1 - along] / yarns.period()[along];
-    result = with_lengths(yarns.period()[along]);
+    const float wales = static_cast<float>(other.rows) * yarns.tile()[1 - along] / yarns.tile()[along];
+    result = with_lengths(yarns.tile()[along]);
     result.rows =
         static_cast<int>(std::clamp(std::round(wales), 1.0F, static_cast<float>(max_noise_lengths)));
     result.amplitude = other.amplitude;
@@ -127,8 +139,7 @@ bool runs_along_v(const YarnCurve& curve, const V2f& period) {
 Variation variation_of(const Yarns& yarns) {
   Variation variation;
   variation.seed = static_cast<std::uint32_t>(yarns.data().curves.front().strands.seed);
-  variation.row_brightness = {row_noise_along(yarns.data(), yarns.period(), 0),
-                              row_noise_along(yarns.data(), yarns.period(), 1)};
+  variation.row_brightness = {row_noise_of(yarns, 0), row_noise_of(yarns, 1)};
   if (!variation.varies()) return variation;
   for (std::size_t axis = 0; axis < 2; ++axis)
     variation.row_offsets[axis] = places_of(yarns, variation.row_brightness, axis);

@@ -168,8 +168,12 @@ Result<FabricParts> FabricParts::plan(const std::string& path, const Fabric& fab
     error.file = path;
     return tl::unexpected(std::move(error));
   };
-  if (const auto& yarns = fabric.levels.front().yarns())
-    if (auto ok = validate(yarns->data(), fabric.period_mm); !ok) return failed(ok.error());
+  if (const auto& yarns = fabric.levels.front().yarns()) {
+    const YarnMap& map = yarns->data().map;
+    if (auto ok = validate(yarns->data(), map.yarn_period(fabric.period_mm)); !ok) return failed(ok.error());
+    if (!map.empty() && map.kinds != fabric.texels())
+      return failed(Error{Code::fabric_malformed, {}, "map", "does not have one texel for each stitch"});
+  }
   FabricHeader header;
   FabricParts result{{new_part(fabric, names::part_preview)}, {}, {}};
   for (const char* channel : names::preview_channels) result.parts[0].channels.push_back({channel});

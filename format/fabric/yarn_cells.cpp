@@ -16,13 +16,17 @@ struct CellSizes {
 };
 
 /// Cells are as large as the yarn is thick, in the mean over its segments but hairs; of large cloth larger.
-CellSizes sizes_of(double radius, const V2f& period_mm) {
+CellSizes sizes_of(double radius, const V2f& period_mm, const YarnMap& map) {
   constexpr double max_cells = 1 << 16;
   const V2d period(period_mm);
   const double size =
       std::max({radius, std::sqrt(period.x * period.y / max_cells), period.x / 4096, period.y / 4096});
-  const V2i cells{std::max(1, static_cast<int>(period.x / size)),
-                  std::max(1, static_cast<int>(period.y / size))};
+  const auto whole = [&](int axis) {
+    // Whole numbers of them are a stitch of a map.
+    const int stitches = map.kinds[axis];
+    return (std::max(1, static_cast<int>(period[axis] / size)) + stitches - 1) / stitches * stitches;
+  };
+  const V2i cells{whole(0), whole(1)};
   const V2d cell(period.x / cells.x, period.y / cells.y);
   return {cells, cell, 0.5 * cell.length() * 1.001};
 }
@@ -108,7 +112,7 @@ double yarn_memory_bytes(const YarnData& data, const V2f& period) {
     radius += static_cast<double>(segment_count(c)) * static_cast<double>(ply_or_yarn_radius(c));
   }
   radius /= count;
-  const CellSizes sizes = sizes_of(radius, period);
+  const CellSizes sizes = sizes_of(radius, period, data.map);
   double entries = 0;
   std::vector<Yarns::Segment> segments;
   for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
@@ -135,7 +139,7 @@ Yarns::Grid Yarns::placed_in_cells() const {
     ++count;
   }
   radius /= count;
-  const CellSizes sizes = sizes_of(radius, period_);
+  const CellSizes sizes = sizes_of(radius, period_, data_.map);
   const V2d period(period_);
   const V2i cells = sizes.cells;
   Grid grid{low_, high_, cells, period_ / V2f(cells), {}, {}};

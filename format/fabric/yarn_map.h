@@ -18,13 +18,25 @@ struct YarnMap {
   V2i size{0, 0};   ///< columns and rows of the cloth's repeat; 0: no map
   /// [row][column] of the cloth's repeat: row * kinds.x + column of a stitch of the yarn.
   std::vector<std::uint16_t> shown;
-  /// Of each curve, the row of stitches that it makes, or of curves along v (repeat_offset.x is 0) the column;
-  /// the stitches along it end where it crosses their borders, and have a node there.
+  /// Of each curve, the row of stitches that it makes, or of curves along v (repeat_offset.x is 0) the
+  /// column; the stitches along it end where it crosses their borders, and have a node there.
   std::vector<std::int32_t> lines;
   bool empty() const { return size.x == 0; }
+  /// The stitch of the yarn at a stitch of the cloth, of any repeat; rows of both counted upwards (y) from v
+  /// = 0.
+  V2i shown_upwards(const V2i& stitch) const {
+    const auto within = [](int i, int count) { return (i % count + count) % count; };
+    const int at =
+        shown[static_cast<std::size_t>(within(-1 - stitch.y, size.y)) * size.x + within(stitch.x, size.x)];
+    return {at % kinds.x, kinds.y - 1 - at / kinds.x};
+  }
+  /// The yarn's own repeat, of a cloth with this repeat, mm.
+  V2f yarn_period(const V2f& repeat) const { return empty() ? repeat : repeat * V2f(kinds) / V2f(size); }
   bool operator==(const YarnMap&) const = default;
 };
 
+/// Columns and rows of stitches of a map that count as a repeat for images and variation.
+inline constexpr int map_tile_stitches = 64;
 inline constexpr int max_map_stitches = 1 << 20;  ///< of a cloth's repeat
 inline constexpr int max_stitch_kinds = 1 << 16;
 

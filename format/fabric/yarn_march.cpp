@@ -158,17 +158,28 @@ struct CellAxis {
 };
 
 template <std::size_t N>
-SELVEDGE_INLINE void walk(const Yarns::Grid& grid, const V2f& period, const Ray& ray, bool shadow, Met& met) {
+SELVEDGE_INLINE void walk(const Yarns::Grid& grid, const V2f& period, const YarnMap* map, const Ray& ray,
+                          bool shadow, Met& met) {
   const V3f& direction = ray.direction;
-  CellAxis x(ray.origin.x, direction.x, grid.size.x, grid.count.x);
-  CellAxis y(ray.origin.y, direction.y, grid.size.y, grid.count.y);
+  const V2i per_stitch = map != nullptr ? grid.count / map->kinds : grid.count;
+  const V2i count = map != nullptr ? per_stitch * map->size : grid.count;
+  CellAxis x(ray.origin.x, direction.x, grid.size.x, count.x);
+  CellAxis y(ray.origin.y, direction.y, grid.size.y, count.y);
+  const auto number = [&](int column, int row) {
+    if (map != nullptr) {
+      const V2i shown = map->shown_upwards({column / per_stitch.x, row / per_stitch.y}) * per_stitch;
+      column = shown.x + column % per_stitch.x;
+      row = shown.y + row % per_stitch.y;
+    }
+    return static_cast<std::size_t>(row) * grid.count.x + column;
+  };
   const float overlap = yarn_slack * std::min(x.each, y.each);
   const float beyond = yarn_slack * (grid.max_z - grid.min_z);
   V3f origin = ray.origin;
   float entered = 0;
   for (int visited = 0; visited < max_cells_of_a_ray; ++visited) {
     const float left = std::min({x.next(), y.next(), ray.height});
-    const Yarns::Cell& cell = grid.cells[static_cast<std::size_t>(y.cell) * grid.count.x + x.cell];
+    const Yarns::Cell& cell = grid.cells[number(x.cell, y.cell)];
     const float from = origin.z + direction.z * entered;
     const float to = origin.z + direction.z * left;
     if (cell.block_count > 0 && std::min(from, to) <= cell.max_z + beyond &&
@@ -196,8 +207,9 @@ SELVEDGE_INLINE void walk(const Yarns::Grid& grid, const V2f& period, const Ray&
   }
 }
 SELVEDGE_THREE_BODIES(walk,
-                      (const Yarns::Grid& grid, const V2f& period, const Ray& ray, bool shadow, Met& met),
-                      (grid, period, ray, shadow, met))
+                      (const Yarns::Grid& grid, const V2f& period, const YarnMap* map, const Ray& ray,
+                       bool shadow, Met& met),
+                      (grid, period, map, ray, shadow, met))
 
 /// A ray through a point, mm, of any repeat; upwards or from above.
 Ray ray_of(const V2d& through, float height, const V3f& direction, float sign, const V2f& period) {
@@ -214,13 +226,14 @@ std::optional<YarnHit> Yarns::trace(const V2d& uv, float plane, const V3f& view,
   const float above = high_ + (high_ - low_) / 256;
   const double rise = (static_cast<double>(above) - static_cast<double>(plane)) /
                       static_cast<double>(std::max(view.z, min_ray_rise));
-  const V2d through = uv * V2d(static_cast<double>(period_.x), -static_cast<double>(period_.y)) +
-                      V2d(static_cast<double>(view.x), static_cast<double>(view.y)) * rise;
-  Ray ray = ray_of(through, above, view, -1, period_);
+  const V2d all(repeat());
+  const V2d through =
+      uv * V2d(all.x, -all.y) + V2d(static_cast<double>(view.x), static_cast<double>(view.y)) * rise;
+  Ray ray = ray_of(through, above, view, -1, V2f(all));
   ray.height = above - low_;
   ray.width = width;
   Met met;
-  walk_all(grid(), period_, ray, false, met);
+  walk_all(grid(), V2f(all), data_.map.empty() ? nullptr : &data_.map, ray, false, met);
   if (met.segment < 0) return std::nullopt;
   return YarnHit{met.segment, met.from_start};
 }
@@ -230,7 +243,7 @@ bool Yarns::is_occluded(const V3f& from, const V3f& light) const {
   Ray ray = ray_of(V2d(V2f(from.x, from.y)), from.z, light, 1, period_);
   ray.height = std::max(0.0F, high_ - from.z);
   Met met;
-  walk_all(grid(), period_, ray, true, met);
+  walk_all(grid(), period_, nullptr, ray, true, met);
   return met.segment >= 0;
 }
 

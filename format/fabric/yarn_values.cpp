@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <utility>
 
 #include "format/fabric/fabric.h"
 #include "format/fabric/yarns.h"
@@ -44,6 +46,7 @@ YarnCounts counts_of(const YarnData& data) {
   YarnCounts counts{static_cast<int>(data.curves.size()), static_cast<int>(data.nodes.size()), 0};
   counts.light_functions = data.packing.function_count();
   counts.step = data.packing.step;
+  counts.map_size = data.map.size;
   for (const YarnCurve& curve : data.curves) {
     counts.stations += curve.stations;
     counts.nodes += static_cast<int>(curve.squeezes.size());
@@ -160,9 +163,20 @@ YarnData turned_over(const Yarns& yarns, float thickness) {
   return turned;
 }
 
+YarnMap map_from_values(std::span<const float> values, const YarnCounts& counts, const V2i& kinds) {
+  YarnMap map{.kinds = kinds, .size = counts.map_size, .shown = {}, .lines = {}};
+  // Others than whole numbers become ones that validate() refuses.
+  constexpr int last = std::numeric_limits<std::uint16_t>::max();
+  for (const float value : values.first(counts.curves)) map.lines.push_back(whole(value, 0, last));
+  for (const float value : values.subspan(counts.curves, std::size_t{1} * map.size.x * map.size.y))
+    map.shown.push_back(static_cast<std::uint16_t>(whole(value, 0, last)));
+  return map;
+}
+
 Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<const float> indirect,
-                                   const YarnCounts& counts, const V2f& period) {
+                                   const YarnCounts& counts, const V2f& period, YarnMap map) {
   YarnData data;
+  data.map = std::move(map);
   std::vector<int> squeezes;  // of the curves
   constexpr int many = 1 << 24;
   const std::array<float, yarn_field_count> plain = fields_of({});

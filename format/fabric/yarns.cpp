@@ -120,6 +120,19 @@ Result<void> check_segments(const YarnData& data, const V2f& period) {
   return result;
 }
 
+Result<void> check_map(const YarnData& data) {
+  const YarnMap& map = data.map;
+  if (map.empty()) return {};
+  for (const std::uint16_t shown : map.shown)
+    if (shown >= map.kinds.x * map.kinds.y)
+      return refuse("map", fmt::format("names stitch {} of {}", shown, map.kinds.x * map.kinds.y));
+  for (std::size_t c = 0; c < data.curves.size(); ++c)
+    if (const int lines = data.curves[c].repeat_offset.x == 0 ? map.kinds.x : map.kinds.y;
+        map.lines[c] < 0 || map.lines[c] >= lines)
+      return refuse("map", fmt::format("curve {} is not in one of {} lines", c, lines));
+  return {};
+}
+
 }  // namespace
 
 std::int64_t piece_count(const YarnData& data) {
@@ -158,6 +171,7 @@ Result<void> validate(const YarnData& data, const V2f& period) {
   }
   if (first != data.nodes.size()) return refuse("nodes", "there are more than the curves have");
   if (auto ok = check_segments(data, period); !ok) return ok;
+  if (auto ok = check_map(data); !ok) return ok;
   for (const auto* light : {&data.station_light, &data.light_through}) {
     if (light->empty() && light == &data.light_through) continue;
     if (light->size() != stations * light_values_per_station)
@@ -354,9 +368,9 @@ V3f indirect_light(const LightTransfer& transfer, const V3f& light) {
 }
 
 float Yarns::variation_factor(const V2d& uv, int curve) const {
-  if (curve < 0) return variation_at(variation(), repeat_place(uv), variation().along_v_fraction);
-  return variation_at(variation(), repeat_place(uv),
-                      runs_along_v(data_.curves[curve], period_) ? 1.0F : 0.0F);
+  const RepeatPlace place = repeat_place(uv * tiles_per_repeat());
+  if (curve < 0) return variation_at(variation(), place, variation().along_v_fraction);
+  return variation_at(variation(), place, runs_along_v(data_.curves[curve], period_) ? 1.0F : 0.0F);
 }
 
 Shading Yarns::shade(const V2d& uv, float plane, const V3f& light, const V3f& view, bool varied) const {

@@ -20,6 +20,7 @@
 #include "format/fabric/shading.h"
 #include "format/fabric/variation.h"
 #include "format/fabric/yarn_hairs.h"
+#include "format/fabric/yarn_map.h"
 #include "format/fabric/yarn_reflectance.h"
 #include "format/fabric/yarn_section.h"
 #include "format/fabric/yarn_strands.h"
@@ -113,6 +114,7 @@ struct YarnData {
   /// where it faces down, the cloth turned over adds that. Empty: unknown.
   std::vector<float> light_through;
   YarnPacking packing{};
+  YarnMap map{};
   bool operator==(const YarnData&) const = default;
 };
 
@@ -136,7 +138,9 @@ std::vector<float> curve_values(const YarnData& data);
 std::vector<float> indirect_values(const YarnData& data, bool through = false);
 /// The inverse, of values that may be followed by others. Refuses what validate() refuses.
 Result<YarnData> yarns_from_values(std::span<const float> curves, std::span<const float> indirect,
-                                   const YarnCounts& counts, const V2f& period);
+                                   const YarnCounts& counts, const V2f& period, YarnMap map = {});
+/// The map of a layer `map`, of a yarn with so many columns and rows of stitches.
+YarnMap map_from_values(std::span<const float> values, const YarnCounts& counts, const V2i& kinds);
 
 /// Values over all stations, or functions, one after the other by station; missing moments are 0.
 std::vector<float> light_from_values(std::span<const float> values, int stations);
@@ -146,7 +150,8 @@ std::vector<float> unpacked_light(const YarnPacking& packing, const std::vector<
 void set_light_through(YarnData& data, std::span<const float> indirect);
 
 /// Counts that do not agree, values out of range or not finite, segments without length, yarn that covers the
-/// cell too often: refused, the place being "curve 3" or "node 17".
+/// cell too often, stitches of a map that are not there: refused, the place being "curve 3" or "node 17".
+/// `period`: of the yarn.
 Result<void> validate(const YarnData& data, const V2f& period);
 
 /// Bytes that Yarns takes at most. A cell lists the segments that pass it, and a few numbers of a file can be
@@ -212,6 +217,17 @@ class Yarns {
 
   const YarnData& data() const { return data_; }
   const V2f& period() const { return period_; }
+  /// The cloth's, mm: the map's, or the yarn's own.
+  V2f repeat() const {
+    const YarnMap& map = data_.map;
+    return map.empty() ? period_ : period_ * V2f(map.size) / V2f(map.kinds);
+  }
+  /// What images show, mm, and variation counts as a repeat: the yarn's, or map_tile_stitches of a map.
+  V2f tile() const {
+    const YarnMap& map = data_.map;
+    return map.empty() ? period_ : period_ * static_cast<float>(map_tile_stitches) / V2f(map.kinds);
+  }
+  V2d tiles_per_repeat() const { return V2d(repeat() / tile()); }
   /// Made at the first call.
   const Variation& variation() const;
 
@@ -228,7 +244,7 @@ class Yarns {
   YarnFrame frame_at(int curve, int station, int ply = 0) const;
   /// Whether yarn lies between the point and unit `light`, which is lifted like a view.
   bool is_occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const;
-  /// The same for a point, mm, of any repeat.
+  /// The same for a point, mm, of any repeat of the yarn.
   bool is_occluded(const V3f& from, const V3f& light) const;
   /// f(l, v) of the point by direct light, whether or not yarn hides it.
   V3f direct_reflectance(const YarnPoint& point, const V3f& light, const V3f& view) const;

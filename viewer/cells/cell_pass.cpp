@@ -163,7 +163,7 @@ CellPass::Edge CellPass::edge(std::size_t triangle, std::size_t from, std::size_
   const MergedSurfaces& mesh = scene_.mesh;
   const auto& corners = mesh.triangles[triangle].corners;
   const SurfaceMaterial& material = scene_.materials.surfaces[mesh.triangles[triangle].surface];
-  const V2f period = scene_.fabrics[material.fabric].front->levels.front().yarns()->period();
+  const V2f period = scene_.fabrics[material.fabric].front->levels.front().yarns()->repeat();
   return {mesh.positions[corners[to]] - mesh.positions[corners[from]],
           mesh.normal(corners[to]) - mesh.normal(corners[from]),
           (mesh.uv(corners[to]) - mesh.uv(corners[from])) * period};
@@ -307,12 +307,13 @@ void CellPass::set_planes(std::size_t i) {
   const double det = p[0].dot(edges[0]);
   const double scale = std::abs(det) > 1e-30 ? 1 / det : 0;
   const std::size_t side = det < 0 ? 1 : 0;
-  const V2f first = mesh.uv(corners[0]);
+  const Patches& patches = store_.patches();
+  const V2f first = patches.place(mesh, i, 0);
   const V2f whole(std::floor(first.x), std::floor(first.y));
   std::array<V3d, 6> sums;
   sums.fill(V3d(0, 0, 0));
   for (std::size_t k = 0; k < 3; ++k) {
-    const V2f uv = mesh.uv(corners[k]) - whole;
+    const V2f uv = patches.place(mesh, i, k) - whole;
     const V3d edge = edges[k] * scale;
     sums[0] += edge;
     sums[1] += edge * static_cast<double>(uv.x);
@@ -323,7 +324,8 @@ void CellPass::set_planes(std::size_t i) {
   }
   std::array<float, 20> flat{};
   for (std::size_t k = 0; k < 18; ++k) flat[k] = static_cast<float>(sums[k / 3][static_cast<int>(k % 3)]);
-  const V2f from_origin = whole + mesh.triangles[i].whole_repeats;
+  const V2f lacking = mesh.triangles[i].whole_repeats * patches.repeats_per_uv(i);
+  const V2f from_origin = whole + V2f(std::floor(lacking.x), std::floor(lacking.y));
   flat[18] = std::clamp(from_origin.x, -max_whole, max_whole);
   flat[19] = std::clamp(from_origin.y, -max_whole, max_whole);
   std::memcpy(planes_[i].coefficients.data(), flat.data(), sizeof flat);

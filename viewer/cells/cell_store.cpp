@@ -104,7 +104,9 @@ struct CellStore::Wanted {
   CellView view;
   CellSource source;
   const Fabric* fabric = nullptr;
-  V2f period{1, 1};  ///< mm
+  V2f period{1, 1};  ///< mm, of what an image repeats
+  bool shows_map = false;
+  V2i first_stitch{0, 0};  ///< CellSize::first_stitch
   V2f pixel_width_texels{1, 1};
   RepeatParts parts = whole_repeat;
   float around = part_margin_pixels;  ///< pixels
@@ -134,7 +136,7 @@ std::shared_ptr<std::vector<CellStore::Cloth>> CellStore::cloths_of(std::span<co
     Cloth& cloth = cloths->emplace_back();
     cloth.front = std::make_unique<ClothSide>(*sides.front);
     if (sides.back_fabric) cloth.back = std::make_unique<ClothSide>(*sides.back_fabric);
-    cloth.relief = relief_of_texels;
+    cloth.patches.relief = relief_of_texels;
     cloth.transmitted_fraction = sides.lets_light_through() ? transmitted_by_thin_cloth : 0;
     for (const bool behind : {false, true}) {
       const ClothSide& side = cloth.seen_from(behind);
@@ -142,7 +144,8 @@ std::shared_ptr<std::vector<CellStore::Cloth>> CellStore::cloths_of(std::span<co
       const Yarns& yarns = side.yarn->yarns();
       const float plane = side.yarn->reference_height();
       const float most = std::max(yarns.geometry().max_z - plane, plane - yarns.geometry().min_z);
-      cloth.relief = std::max(cloth.relief, most / std::min(yarns.period().x, yarns.period().y));
+      cloth.patches = {std::max(cloth.patches.relief, most / std::min(yarns.tile().x, yarns.tile().y)),
+                       V2f(yarns.tiles_per_repeat()), !yarns.data().map.empty()};
       cloth.transmitted_fraction = transmitted_by_yarn;
       cloth.has_yarn = true;
     }
@@ -157,9 +160,9 @@ CellStore::CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial
       origin_(origin),
       cloths_(shared != nullptr ? shared->cloths_ : cloths_of(fabrics)),
       patches_(mesh, materials, [&] {
-        std::vector<float> reliefs;
-        for (const Cloth& cloth : *cloths_) reliefs.push_back(cloth.relief);
-        return reliefs;
+        std::vector<PatchFabric> all;
+        for (const Cloth& cloth : *cloths_) all.push_back(cloth.patches);
+        return all;
       }()) {
   kept_.resize(2 * patches_.count());
   look_numbers_.resize(2 * patches_.count());
@@ -167,7 +170,7 @@ CellStore::CellStore(const MergedSurfaces& mesh, std::span<const SurfaceMaterial
 
 void CellStore::exchange_fabric(const FabricSides& fabric, const CellStore* shared) {
   cloths_ = shared != nullptr ? shared->cloths_ : cloths_of({&fabric, 1});
-  patches_.set_relief(cloths_->front().relief);
+  patches_.set_relief(cloths_->front().patches.relief);
   std::ranges::fill(kept_, nullptr);
   std::ranges::fill(look_numbers_, 0);
   looks_.resize(1);
@@ -178,10 +181,11 @@ void CellStore::exchange_fabric(const FabricSides& fabric, const CellStore* shar
 CellStore::~CellStore() = default;
 
 bool CellStore::needs_neighbours(PatchSide patch) const {
-  if (!has_windows_ || !patches_.is_part(patch / 2)) return false;
+  if (!patches_.is_part(patch / 2)) return false;
   Wanted one;
   set_pixel(one, patch);
-  return one.source.yarn != nullptr && one.source.yarn->yarns().variation().varies();
+  return (has_windows_ || one.shows_map) && one.source.yarn != nullptr &&
+         one.source.yarn->yarns().variation().varies();
 }
 
 RepeatPlace CellStore::lookup_place(PatchSide patch, const RepeatPlace& place) const {
@@ -250,12 +254,14 @@ void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
   CellLevels& levels = wanted.view.levels = shown_levels(*wanted.fabric, finest, levels_.forced_level);
   if (levels.yarn_weight > 0) {
     wanted.view.size = cell_size(shown * larger, samples);
-    if (levels.yarn_weight == 1 && wanted.parts != whole_repeat)
-      set_window(wanted.parts, wanted.around, wanted.view.size);
-    return;
+  } else {
+    levels = shown_levels(*wanted.fabric, shown * larger, levels_.forced_level);
+    wanted.view.size = texel_cell_size(*wanted.fabric, shown, levels.finer_level);
   }
-  levels = shown_levels(*wanted.fabric, shown * larger, levels_.forced_level);
-  wanted.view.size = texel_cell_size(*wanted.fabric, shown, levels.finer_level);
+  wanted.view.size.shows_map = wanted.shows_map;
+  wanted.view.size.first_stitch = wanted.first_stitch;
+  if (wanted.parts != whole_repeat && (levels.yarn_weight == 1 || wanted.shows_map))
+    set_window(wanted.parts, wanted.around, wanted.view.size);
 }
 
 /// Sets the fabric, whose number it returns, and the pixels of a patch.
@@ -264,10 +270,13 @@ int CellStore::set_pixel(Wanted& wanted, PatchSide patch) const {
   ClothSide& cloth = (*cloths_)[fabric].seen_from(patch % 2 != 0);
   wanted.source = cloth.source();
   wanted.fabric = &cloth.fabric;
-  wanted.period = cloth.fabric.period_mm;
+  wanted.period = cloth.yarn ? cloth.yarn->yarns().tile() : cloth.fabric.period_mm;
+  wanted.shows_map = (*cloths_)[fabric].patches.has_map;
   const ShownPatch& shown = patches_.shown(patch / 2);
   wanted.pixel_width_texels = shown.pixel_width_texels;
-  if (!has_windows_ || !patches_.is_part(patch / 2)) return fabric;
+  if (!(has_windows_ || wanted.shows_map) || !patches_.is_part(patch / 2)) return fabric;
+  const V2i repeat = patches_.repeat_of(patch / 2);
+  wanted.first_stitch = V2i(repeat.x, -1 - repeat.y) * map_tile_stitches;
   wanted.parts = parts_of(shown, patches_.units_per_repeat());
   wanted.around += shown.offset;
   return fabric;

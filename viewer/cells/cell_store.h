@@ -172,7 +172,7 @@ class CellStore {
   };
   struct Cloth {
     std::unique_ptr<ClothSide> front, back;  ///< no back: as the front
-    float relief = 0;  ///< distance of yarn from the plane of the cloth, on either side, repeats
+    PatchFabric patches;
     float transmitted_fraction = 0;
     bool has_yarn = false;
     ClothSide& seen_from(bool behind) const { return behind && back ? *back : *front; }

@@ -13,6 +13,8 @@ namespace {
 constexpr double max_cells = 1 << 18;
 /// Sides of the smallest patches, if these are not too many, and of the largest: powers of two.
 constexpr int finest_level = -3;
+constexpr int finest_level_of_map = -4;
+constexpr float max_part_of_tile = 0.25F;  ///< side of a patch in cloth with a map, tiles
 constexpr int coarsest_level = 5;
 constexpr std::int32_t no_chart = -1;
 constexpr float min_area = 1e-20F;  ///< of a triangle, m^2: all charts have a surface
@@ -25,7 +27,7 @@ constexpr float min_view_cosine = 0.1F;
 constexpr float merging = 0.8F;  ///< factor on limits of patches that the last frame split
 
 struct Box {
-  float relief = 0;
+  PatchFabric fabric;
   V2d low{HUGE_VAL, HUGE_VAL};
   V2d high{-HUGE_VAL, -HUGE_VAL};
   double cells(int level) const {
@@ -59,7 +61,7 @@ float turn_cosine(const Patch& patch) { return 2 * patch.mean_normal.length() - 
 }  // namespace
 
 Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
-                 std::span<const float> reliefs) {
+                 std::span<const PatchFabric> fabrics) {
   places_.resize(mesh.triangles.size());
   DisjointSets components(mesh.positions.size());  // vertices that triangles join
   is_counted_.resize(mesh.triangles.size());
@@ -85,11 +87,11 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
     if (is_counted_[i] == 0) continue;
     const auto [at, fresh] = numbers.try_emplace(components.root(static_cast<int>(t.corners[0])),
                                                  static_cast<std::int32_t>(boxes.size()));
-    if (fresh) boxes.emplace_back().relief = reliefs[materials[t.surface].fabric];
+    if (fresh) boxes.emplace_back().fabric = fabrics[materials[t.surface].fabric];
     places_[i].chart = at->second;
     Box& box = boxes[at->second];
     for (const std::uint32_t corner : t.corners) {
-      V2d uv = t.has_degenerate_uvs ? V2d(0, 0) : V2d(mesh.uv(corner));
+      V2d uv = t.has_degenerate_uvs ? V2d(0, 0) : V2d(mesh.uv(corner) * box.fabric.repeats_per_uv);
       for (int axis = 0; axis < 2; ++axis) uv[axis] = std::clamp(uv[axis], -farthest, farthest);
       box.low = {std::min(box.low.x, std::floor(uv.x)), std::min(box.low.y, std::floor(uv.y))};
       box.high = {std::max(box.high.x, std::floor(uv.x)), std::max(box.high.y, std::floor(uv.y))};
@@ -102,7 +104,7 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
       if (is_counted_[i] == 0 && is_charted[corner] != 0)
         places_[i].chart = numbers.at(components.root(static_cast<int>(corner)));
   }
-  first_level_ = finest_level;
+  first_level_ = std::ranges::any_of(fabrics, &PatchFabric::has_map) ? finest_level_of_map : finest_level;
   const auto cells = [&] {
     double sum = 0;
     for (const Box& box : boxes) sum += box.cells(first_level_);
@@ -112,7 +114,8 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
   std::size_t table = 0;
   for (const Box& box : boxes) {
     Chart& chart = charts_.emplace_back();
-    chart.relief = box.relief;
+    chart.fabric = box.fabric;
+    chart.first_repeat = V2i(box.low);
     const double side = std::exp2(first_level_);
     // All of the last repeat.
     const double units = units_per_repeat() - 1;
@@ -132,7 +135,7 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
   for (std::size_t i = 0; i < places_.size(); ++i) {
     Place& place = places_[i];
     if (place.chart == no_chart) continue;
-    const V2d uv(mesh.uv(mesh.triangles[i].corners[0]));
+    const V2d uv(this->place(mesh, i, 0));
     const V2d& low = boxes[place.chart].low;
     const double units = units_per_repeat();
     constexpr double last = 1 << 30;
@@ -143,13 +146,12 @@ Patches::Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> ma
 }
 
 Patches::Extent Patches::extent(const MergedSurfaces& mesh, std::size_t triangle) const {
-  const auto& corners = mesh.triangles[triangle].corners;
-  const V2f first = mesh.uv(corners[0]);
+  const V2f first = place(mesh, triangle, 0);
   const auto units = static_cast<float>(units_per_repeat());
   V2f low(HUGE_VALF, HUGE_VALF);
   V2f high(-HUGE_VALF, -HUGE_VALF);
-  for (const std::uint32_t corner : corners) {
-    const V2f at = (mesh.uv(corner) - V2f(std::floor(first.x), std::floor(first.y))) * units;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const V2f at = (place(mesh, triangle, k) - V2f(std::floor(first.x), std::floor(first.y))) * units;
     low = {std::min(low.x, std::floor(at.x)), std::min(low.y, std::floor(at.y))};
     high = {std::max(high.x, std::floor(at.x)), std::max(high.y, std::floor(at.y))};
   }
@@ -171,7 +173,7 @@ void Patches::add_triangle(const MergedSurfaces& mesh, std::uint32_t number) {
     p[k] = mesh.positions[vertex];
     n[k] = mesh.normal(vertex);
     tangent[k] = mesh.tangent(vertex);
-    uv[k] = mesh.uv(vertex);
+    uv[k] = this->place(mesh, number, k);
   }
   const V2f first(std::floor(uv[0].x), std::floor(uv[0].y));
   for (V2f& c : uv) c -= first;
@@ -411,12 +413,13 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     const Projected seen = view.project(patch, repeats);
     ShownPatch& shown = shown_[number];
     shown = {seen.pixel_width_texels, seen.in_frame, at * (1 << level), 1 << level, 0};
-    if (level > 0 && repeats <= 1) shown.offset = view.offset(patch, seen, chart.relief);
+    if (level > 0 && repeats <= 1) shown.offset = view.offset(patch, seen, chart.fabric.relief);
     const bool was_split = !split_before_.empty() && split_before_[number] != 0;
     const PatchLimits& limits = was_split ? view.merging_limits : view.limits;
     const float fraction = was_split ? merging : 1;
     if (level > 0 && seen.in_frame)
-      splits = (seen.longest > fraction && view.is_near_light(patch, seen.radius / 2 / fraction)) ||
+      splits = (chart.fabric.has_map && repeats > max_part_of_tile) ||
+               (seen.longest > fraction && view.is_near_light(patch, seen.radius / 2 / fraction)) ||
                (repeats > 1 ? view.splits(patch, seen, limits)
                             : shown.offset >
                                   std::max(limits.max_offset_pixels, limits.max_offset_area / seen.longest));

@@ -42,12 +42,18 @@ struct ShownPatch {
   float offset = 0;        ///< pixels from where yarn belongs at its border, of parts of a repeat
 };
 
+/// What patches need to know of a fabric.
+struct PatchFabric {
+  float relief = 0;          ///< distance from the plane of the cloth of what it shows, repeats
+  V2f repeats_per_uv{1, 1};  ///< of images: tiles of a map (Yarns::tile()) count as repeats here
+  bool has_map = false;      ///< all patches are small parts of a tile
+};
+
 class Patches {
  public:
-  /// Takes the triangles whose surface has a fabric. `reliefs`, of fabrics: distance from the plane of the
-  /// cloth of what they show, repeats.
+  /// Takes the triangles whose surface has a fabric.
   Patches(const MergedSurfaces& mesh, std::span<const SurfaceMaterial> materials,
-          std::span<const float> reliefs);
+          std::span<const PatchFabric> fabrics);
 
   /// Takes another shape of the mesh, of the same triangles and texture coordinates.
   void update_shape(const MergedSurfaces& mesh) {
@@ -57,13 +63,14 @@ class Patches {
 
   /// Takes the relief of another fabric, where all have one.
   void set_relief(float relief) {
-    for (Chart& chart : charts_) chart.relief = relief;
+    for (Chart& chart : charts_) chart.fabric.relief = relief;
   }
 
   struct Chart {
     V2i size_in_patches{1, 1};  ///< of the table, in smallest patches
-    float relief = 0;
-    std::size_t first_table_entry = 0;      ///< its first entry of the table
+    PatchFabric fabric;
+    std::size_t first_table_entry = 0;  ///< its first entry of the table
+    V2i first_repeat{0, 0};
     std::vector<std::size_t> level_starts;  ///< first patch of each level, finest first
     std::uint32_t any_patch = 0;            ///< one of the last level that has a surface
   };
@@ -82,6 +89,13 @@ class Patches {
   };
   Extent extent(const MergedSurfaces& mesh, std::size_t triangle) const;
 
+  /// Texture coordinates of a corner of a triangle in a chart, repeats of images.
+  V2f place(const MergedSurfaces& mesh, std::size_t triangle, std::size_t corner) const {
+    return mesh.uv(mesh.triangles[triangle].corners[corner]) * repeats_per_uv(triangle);
+  }
+  const V2f& repeats_per_uv(std::size_t triangle) const {
+    return charts_[places_[triangle].chart].fabric.repeats_per_uv;
+  }
   std::size_t count() const { return patches_.size(); }
   const Patch& operator[](std::size_t i) const { return patches_[i]; }
   const ShownPatch& shown(std::size_t i) const { return shown_[i]; }
@@ -107,6 +121,11 @@ class Patches {
     const float repeats = static_cast<float>(shown_[i].units_per_side) / finest_patches_per_repeat();
     const V2f& pixel = shown_[i].pixel_width_texels;
     return std::max(repeats * repeats / (pixel.x * pixel.y), 1e-3F);
+  }
+  /// The repeat in which a chosen patch that is part of one lies, of texture coordinates.
+  V2i repeat_of(std::uint32_t i) const {
+    const Chart& chart = charts_[places_[patches_[i].any_triangle].chart];
+    return chart.first_repeat + shown_[i].first_unit / units_per_repeat();
   }
   bool is_part(std::uint32_t i) const { return shown_[i].units_per_side < units_per_repeat(); }
   /// Units are parts of repeats along either side, or whole ones.

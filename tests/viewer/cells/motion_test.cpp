@@ -76,7 +76,7 @@ double percentile(std::vector<double>& values, double fraction) {
 
 /// Patches of a mesh in one fabric.
 Patches patches_of(const MergedSurfaces& mesh) {
-  return {mesh, std::vector{SurfaceMaterial{.fabric = 0}}, std::vector{0.2F}};
+  return {mesh, std::vector{SurfaceMaterial{.fabric = 0}}, std::vector{PatchFabric{.relief = 0.2F}}};
 }
 
 }  // namespace
