@@ -499,12 +499,12 @@ float height_step(const Yarns& yarns, float reference) {
   return std::max({inside.max_z - reference, reference - inside.min_z, 1e-9F}) / 127;
 }
 
-CellSize cell_size(const V2f& pixel, float samples) {
+CellSize cell_size(const V2f& pixel, float samples, int max_samples) {
   CellSize size;
   const auto set = [&](int axis) {
     const float in_repeat = std::clamp(1 / std::max(pixel[axis], 1e-9F), 1e-3F, 1e6F);
-    const float wanted = std::clamp(samples * in_repeat, static_cast<float>(min_cell_texels),
-                                    static_cast<float>(max_cell_samples));
+    const float wanted =
+        std::clamp(samples * in_repeat, static_cast<float>(min_cell_texels), static_cast<float>(max_samples));
     size.repeat_samples[axis] = static_cast<int>(std::lround(wanted / 4)) * 4;
     size.pixel_samples[axis] =
         std::clamp(static_cast<int>(std::lround(static_cast<float>(size.repeat_samples[axis]) / in_repeat)),

@@ -40,6 +40,17 @@ Fabric fabric_of(float period, int curves, bool strands = false) {
   return fabric;
 }
 
+/// The four crossings of fabric_of(3, 4), arranged.
+Fabric arranged_crossings(const V2i& size, std::vector<std::uint16_t> shown) {
+  Fabric fabric = fabric_of(3, 4);
+  YarnData data = fabric.levels.front().yarns()->data();
+  data.map = {{2, 2}, size, std::move(shown), {1, 0, 0, 1}};
+  fabric.period_mm = V2f(size) * 1.5F;
+  const V2f period = data.map.yarn_period(fabric.period_mm);
+  fabric.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(data), period));
+  return fabric;
+}
+
 /// dB of a picture of a swatch against rays, from `away` repeats beside.
 double decibels_of(const Fabric& fabric, SwatchView view, double away, int level) {
   SwatchShot shot = swatch_shot(view, V2d(fabric.period_mm), 96, 72);
@@ -176,6 +187,9 @@ TEST_CASE("cell images show the yarn that rays meet, from every place, of any si
     SwatchView view;
     double db;
   };
+  // Rays meet what a stitch's neighbours in the yarn's own repeat leave there.
+  const Fabric random = arranged_crossings({2, 3}, {0, 1, 3, 2, 2, 1});
+  const Fabric same = arranged_crossings({2, 2}, {0, 1, 2, 3});
   // Rays of one repeat are taken as parallel, and these stand as high above each other as they are wide.
   for (const Case& example : {Case{"yarn and plies", fabric_of(3, 4), SwatchView::near, 28},
                               Case{"yarn and plies", fabric_of(3, 4), SwatchView::middle, 23},
@@ -183,6 +197,10 @@ TEST_CASE("cell images show the yarn that rays meet, from every place, of any si
                               Case{"strands", fabric_of(3, 4, true), SwatchView::near, 28},
                               Case{"strands", fabric_of(3, 4, true), SwatchView::middle, 23},
                               Case{"one yarn", fabric_of(3, 1), SwatchView::near, 33},
+                              Case{"a map of other crossings", random, SwatchView::near, 22},
+                              Case{"a map of other crossings", random, SwatchView::middle, 23},
+                              Case{"a map of the same", same, SwatchView::near, 28},
+                              Case{"a map of the same", same, SwatchView::middle, 23},
                               Case{"0.01 mm", fabric_of(0.01F, 4), SwatchView::near, 28},
                               Case{"10 m", fabric_of(10000, 4), SwatchView::near, 28},
                               Case{"10 m", fabric_of(10000, 4), SwatchView::grazing, 25}}) {

@@ -253,7 +253,8 @@ void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
   const V2f finest = wanted.pixel_width_texels * std::min(levels_.footprint_pixels, 1.0F);
   CellLevels& levels = wanted.view.levels = shown_levels(*wanted.fabric, finest, levels_.forced_level);
   if (levels.yarn_weight > 0) {
-    wanted.view.size = cell_size(shown * larger, samples);
+    wanted.view.size =
+        cell_size(shown * larger, samples, wanted.shows_map ? options_.max_tile_samples : max_cell_samples);
   } else {
     levels = shown_levels(*wanted.fabric, shown * larger, levels_.forced_level);
     wanted.view.size = texel_cell_size(*wanted.fabric, shown, levels.finer_level);

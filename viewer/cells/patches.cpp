@@ -13,7 +13,7 @@ namespace {
 constexpr double max_cells = 1 << 18;
 /// Sides of the smallest patches, if these are not too many, and of the largest: powers of two.
 constexpr int finest_level = -3;
-constexpr int finest_level_of_map = -4;
+constexpr int finest_level_of_map = -5;
 constexpr float max_part_of_tile = 0.25F;  ///< side of a patch in cloth with a map, tiles
 constexpr int coarsest_level = 5;
 constexpr std::int32_t no_chart = -1;
@@ -417,12 +417,13 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     const bool was_split = !split_before_.empty() && split_before_[number] != 0;
     const PatchLimits& limits = was_split ? view.merging_limits : view.limits;
     const float fraction = was_split ? merging : 1;
+    const bool has_map = chart.fabric.has_map;
     if (level > 0 && seen.in_frame)
-      splits = (chart.fabric.has_map && repeats > max_part_of_tile) ||
-               (seen.longest > fraction && view.is_near_light(patch, seen.radius / 2 / fraction)) ||
-               (repeats > 1 ? view.splits(patch, seen, limits)
-                            : shown.offset >
-                                  std::max(limits.max_offset_pixels, limits.max_offset_area / seen.longest));
+      splits = (seen.longest > fraction && view.is_near_light(patch, seen.radius / 2 / fraction)) ||
+               ((repeats > 1 || has_map) && view.splits(patch, seen, limits)) ||
+               (repeats <= 1 &&
+                shown.offset > std::max(limits.max_offset_pixels, limits.max_offset_area / seen.longest)) ||
+               (has_map && repeats > max_part_of_tile);
   }
   if (splits) {
     splits_[number] = 1;

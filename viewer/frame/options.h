@@ -65,6 +65,7 @@ struct PatchLimits {
 struct CellImageOptions {
   float samples_per_pixel_side = 4;    ///< of an image along a pixel's side
   float max_patch_rays_per_side = 16;  ///< along a pixel's side: more make patches no finer
+  int max_tile_samples = 1 << 15;      ///< along a tile of a map, of which an image has a window
   PatchLimits patches;
   bool has_hairs_behind = true;  ///< also on what only shows behind other surfaces
   // As in CellView.
