@@ -23,8 +23,8 @@ Result<Swatch> make_swatch(const Fabric& fabric, const SwatchOptions& options) {
   if (!std::isfinite(length) || !(options.view.z > 0))
     return refuse("--view", "must have z > 0 and be finite");
 
-  const FabricLevel& level = fabric.levels[std::max(options.level, 0)];
-  const V2d pixels = V2d(level.width, level.height) * V2d(options.repeats) * options.pixels_per_texel;
+  const V2d pixels =
+      V2d(fabric.repeat_texels(std::max(options.level, 0))) * V2d(options.repeats) * options.pixels_per_texel;
   if (!(pixels.x <= max_frame_side && pixels.y <= max_frame_side))
     return refuse("--pixels-per-texel",
                   fmt::format("the swatch would be larger than {} pixels", max_frame_side));

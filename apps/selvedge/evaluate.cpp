@@ -50,7 +50,7 @@ void declare(Options& options, EvaluateCommand& command) {
 
 /// The level must exist, also with texture coordinates: another number is a mistake.
 Result<Shading> shading_at(const EvaluateCommand& command) {
-  Fabric fabric = value_or_throw(read_fabric(command.fabric));
+  Fabric fabric = arranged(value_or_throw(read_fabric(command.fabric)));
   if (command.behind && fabric.find_side(Side::back) != nullptr) fabric = turned_over(fabric);
   const auto refused = [&](const char* option, std::string message) {
     return fail(Code::option_out_of_range, command.fabric, option, std::move(message));

@@ -100,6 +100,9 @@ Info fabric_info(const std::string& path, const SceneLimits& limits) {
   if (yarns.curves > 0)
     text += fmt::format("yarn           {} curves, {} nodes{}\n", yarns.curves, yarns.nodes,
                         yarns.light_functions > 0 ? ", packed" : "");
+  if (header.layer(LayerKind::map))
+    text += fmt::format("map            {} x {} stitches, of {} x {}\n", yarns.map_size.x, yarns.map_size.y,
+                        header.width, header.height);
   return {{{"content", std::move(content)}, {"layers", std::move(layers)}}, std::move(text)};
 }
 

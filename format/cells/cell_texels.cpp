@@ -153,11 +153,6 @@ std::vector<CellLamp> lamps_of_smooth_light(const SmoothLight& around, float lea
 
 namespace {
 
-const YarnMap* find_map(const Fabric& fabric) {
-  const auto& yarns = fabric.levels.front().yarns();
-  return yarns && !yarns->data().map.empty() ? &yarns->data().map : nullptr;
-}
-
 /// Levels of texels of a tile of a map, where fabrics store the first alone.
 constexpr int levels_of_tile = level_count(map_tile_stitches, map_tile_stitches);
 
@@ -207,7 +202,7 @@ float max_yarn_pixel_texels(const Fabric& fabric) {
 
 CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced) {
   const std::vector<FabricLevel>& levels = fabric.levels;
-  const bool has_map = find_map(fabric) != nullptr;
+  const bool has_map = fabric.find_map() != nullptr;
   const int last = (has_map ? levels_of_tile : static_cast<int>(levels.size())) - 1;
   if (forced >= 0) return {0, std::min(forced, last), 0};
   const V2f texels = has_map ? V2f(map_tile_stitches) : V2f(fabric.texels());
@@ -226,7 +221,7 @@ CellLevels shown_levels(const Fabric& fabric, const V2f& pixel, int forced) {
 }
 
 CellSize texel_cell_size(const Fabric& fabric, const V2f& pixel, int level) {
-  const bool has_map = find_map(fabric) != nullptr;
+  const bool has_map = fabric.find_map() != nullptr;
   const FabricLevel& stored = fabric.levels[has_map ? 0 : level];
   CellSize size{has_map ? V2i(map_tile_stitches >> level) : V2i(stored.width, stored.height), {1, 1}, 1};
   for (int axis = 0; axis < 2; ++axis) {
@@ -243,7 +238,7 @@ CellTexels::CellTexels(const Fabric& fabric) : front_{&fabric, smooth_response(f
 
 void CellTexels::add_level(const CellView& view, int number, float weight, std::span<Group> samples) const {
   if (!(weight > 0)) return;
-  const YarnMap* const map = view.size.shows_map ? find_map(*front_.fabric) : nullptr;
+  const YarnMap* const map = view.size.shows_map ? front_.fabric->find_map() : nullptr;
   const auto& stored = front_.fabric->levels;
   const ImageTexels shown = texels_of(view, stored[map != nullptr ? 0 : number], number);
   const FabricLevel of_map =

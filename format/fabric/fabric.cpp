@@ -134,9 +134,9 @@ void add_coarser_levels(std::vector<FabricLevel>& levels, int count) {
 }
 
 Fabric arranged(const Fabric& fabric) {
+  if (fabric.find_map() == nullptr) return fabric;
   const auto& yarns = fabric.levels.front().yarns();
-  if (!yarns || yarns->data().map.empty()) return fabric;
-  const YarnMap& map = yarns->data().map;
+  const YarnMap& map = *fabric.find_map();
   const auto with_all_texels = [&](const Fabric& side) {
     Fabric result{side, {}, {}};
     result.levels.push_back(shown_texels(side.levels.front(), map, {0, 0}, map.size));

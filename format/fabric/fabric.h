@@ -136,6 +136,18 @@ struct Fabric : FabricInfo {
 
   /// Texels of level 0. Precondition: the fabric has a level.
   V2i texels() const { return {levels.front().width, levels.front().height}; }
+  /// The map of its yarn; null without.
+  const YarnMap* find_map() const {
+    const auto& yarns = levels.front().yarns();
+    return yarns && !yarns->data().map.empty() ? &yarns->data().map : nullptr;
+  }
+  /// Texels of a level over the whole repeat, also of a map, of which the level itself has the yarn's
+  /// stitches.
+  V2i repeat_texels(int level) const {
+    const YarnMap* const map = find_map();
+    if (map == nullptr) return {levels[level].width, levels[level].height};
+    return {level_size(map->size.x, level), level_size(map->size.y, level)};
+  }
   /// Null where the fabric does not have it. Not of the front.
   const Fabric* find_side(Side other) const { return sides[index_of(other) - 1].get(); }
   /// Adds another side of the same texels and levels, and gives light that comes through the opacity of the

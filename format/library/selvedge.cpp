@@ -135,7 +135,8 @@ std::shared_ptr<const FabricFile::State> FabricFile::State::read(const std::stri
     state->facts = facts_of(reader->header());
     auto read = reader->read();
     if (!read) return tl::unexpected(read.error());
-    state->fabric = std::move(*read);
+    state->fabric = arranged(*read);
+    state->facts.levels = static_cast<int>(state->fabric.levels.size());
     if (const Yarns* yarns = state->yarns()) state->curves = curves_of(yarns->data());
     return std::shared_ptr<const State>(std::move(state));
   });

@@ -27,13 +27,15 @@ PixelProbe probe_pixel(const FrameScene& scene, TriangleSide seen, const V2i& pi
     through = fabric.find_side(Side::through) != nullptr;
     probe.uv = V2d(point.uv);
     const V2f repeats(std::hypot(point.duv_dx.x, point.duv_dy.x), std::hypot(point.duv_dx.y, point.duv_dy.y));
-    probe.texels_per_pixel = V2d(repeats) * V2d(fabric.texels());
-    const CellLevels levels = shown_levels(fabric, repeats, scene.view.options.levels.forced_level);
+    probe.texels_per_pixel = V2d(repeats) * V2d(fabric.repeat_texels(0));
+    const auto& yarns = fabric.levels.front().yarns();
+    const V2f images = yarns ? repeats * V2f(yarns->tiles_per_repeat()) : repeats;
+    const CellLevels levels = shown_levels(fabric, images, scene.view.options.levels.forced_level);
     const auto add = [&](int level, float weight) {
       if (!(weight > 0)) return;
-      const FabricLevel& stored = fabric.levels[std::max(level, 0)];
+      const V2i texels = fabric.repeat_texels(std::max(level, 0));
       probe.texels.push_back(
-          {level, {wrap_texel(probe.uv.x, stored.width), wrap_texel(probe.uv.y, stored.height)}, weight});
+          {level, {wrap_texel(probe.uv.x, texels.x), wrap_texel(probe.uv.y, texels.y)}, weight});
     };
     add(-1, levels.yarn_weight);
     add(levels.finer_level, (1 - levels.yarn_weight) * (1 - levels.coarser_weight));
