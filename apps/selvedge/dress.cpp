@@ -90,6 +90,8 @@ void declare(Options& options, DressCommand& command) {
   options.number("--rotate", dress.rotation_degrees, "DEG",
                  "Turn the cloth, counter-clockwise; by right angles unless its repeat is a square");
   options.vector("--offset", dress.offset, "U,V", "Move the cloth, in repeats");
+  options.flag("--once", dress.lies_once,
+               "Lay the middle of a repeat on the middle of the front: for a picture");
   static const auto units = [] {
     std::array<std::string_view, length_units.size()> names;
     std::ranges::transform(length_units, names.begin(), &LengthUnit::name);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -139,6 +140,7 @@ class Dresser {
       report_.warnings.push_back(advice);
     for (std::optional<Cloth>& cloth : cloths_)
       if (cloth) cloth->index = value_or_throw(add_fabric(document_, cloth->source));
+    if (options_.lies_once) find_parts(scene, chosen.materials);
     std::map<int, double> backed;
     if (!options_.single_sided) backed = double_layer_fractions(scene);
     for (const int material : chosen.materials)
@@ -348,7 +350,7 @@ class Dresser {
     const UvSize size = measure_uv(scene, primitives_of(scene, material), set_of(material));
     dressed.primitive_count = size.primitives;
     dressed.uv_size = size;
-    DressedUse use{reference_to(cloth_, size, set_of(material)), size};
+    DressedUse use{reference_to(cloth_, size, material), size};
     dressed.repeats = use.reference.transform.scale;
     if (!(std::abs(dressed.repeats.x) > 0) || !(std::abs(dressed.repeats.y) > 0)) {
       const bool is_absent = primitives_of(scene, material).empty();
@@ -360,6 +362,7 @@ class Dresser {
                : fmt::format("the texture coordinates of \"{}\" cover no area in the scene", dressed.name)}};
     }
     warn_of_uvs(where, size);
+    warn_of_repeats(where, material, use);
     KeptMaterialMembers parts = value_or_throw(
         keep_material_members(document_, material, scene, places, options_.color_options, cloth_.albedo()));
     for (const std::string& warning : parts.warnings) report_.warnings.push_back(where + ": " + warning);
@@ -383,16 +386,52 @@ class Dresser {
       report_.warnings.push_back(where + " shows its back, too; --single-sided hides it");
   }
 
-  FabricReference reference_to(const Cloth& cloth, const UvSize& size, int tex_coord) const {
+  void find_parts(const Scene& scene, const std::vector<int>& materials) {
+    std::map<int, V2i> materials_and_sets;
+    for (const int material : materials)
+      for (const int primitive : primitives_of(scene, material))
+        materials_and_sets.try_emplace(primitive, material, set_of(material));
+    parts_ = uv_parts(scene, materials_and_sets);
+  }
+
+  /// Where the repeat begins that a material shows, along both axes.
+  double first_place(int material) const { return material == parts_[0].material ? 0 : -0.5; }
+
+  void warn_of_repeats(const std::string& where, int material, const DressedUse& use) {
+    constexpr double tolerance = 1e-3;  // of a repeat
+    int count = 0;
+    int beyond = 0;
+    for (const UvPart& part : parts_) {
+      if (part.material != material) continue;
+      const double begin = first_place(material);
+      const Imath::Box2d repeat(V2d(begin - tolerance), V2d(begin + 1 + tolerance));
+      const auto& [low, high] = part.box;
+      for (const V2d& uv : {low, V2d(low.x, high.y), V2d(high.x, low.y), high})
+        if (!repeat.intersects(use.reference.transform.apply(uv))) {
+          ++beyond;
+          break;
+        }
+      ++count;
+    }
+    const V2d metres = use.size.metres_per_uv / use.reference.transform.scale;
+    if (beyond > 0)
+      report_.warnings.push_back(fmt::format(
+          "{}: {} of its {} parts reach beyond the repeat of {:.3g} x {:.3g} m, which begins again there",
+          where, beyond, count, std::abs(metres.x), std::abs(metres.y)));
+  }
+
+  FabricReference reference_to(const Cloth& cloth, const UvSize& size, int material) const {
     const V2d period = V2d(cloth.fabric.period_mm) * options_.scale;
     // A cloth that lies on its side has its courses along v.
     const bool on_side = std::lround(options_.rotation_degrees / 90) % 2 != 0;
     V2d repeats = options_.repeats.value_or(V2d(0, 0));
     for (int c = 0; c < 2 && !options_.repeats; ++c)
       repeats[c] = size.metres_per_uv[c] * 1000.0 / period[on_side ? 1 - c : c];
-    return {cloth.index,
-            tex_coord,
-            {options_.offset, options_.rotation_degrees * std::numbers::pi / 180, repeats}};
+    UvTransform transform{options_.offset, options_.rotation_degrees * std::numbers::pi / 180, repeats};
+    const auto own = std::ranges::find(parts_, material, &UvPart::material);
+    if (own != parts_.end())
+      transform.offset += V2d(first_place(material) + 0.5) - transform.apply_linear(own->middle);
+    return {cloth.index, set_of(material), transform};
   }
 
   /// Writes the reference and the fallback.
@@ -438,7 +477,7 @@ class Dresser {
                       [names::gltf::tint_factor] = {tint.x, tint.y, tint.z};
       }
       DressedUse in_variant = use;
-      in_variant.reference = reference_to(cloth, use.size, set_of(material));
+      in_variant.reference = reference_to(cloth, use.size, material);
       made.repeats = in_variant.reference.transform.scale;
       wear(copy, cloth, in_variant);
       report_.variants.push_back(std::move(made));
@@ -485,6 +524,7 @@ class Dresser {
   MaterialUses uses_;
   PrimitivesInScene in_scene_;  ///< where charts or backings are wanted
   std::map<int, int> sets_;     ///< of materials that were laid flat beside the pictures' set
+  std::vector<UvPart> parts_;   ///< where the cloth lies once
   bool looked_elsewhere_ = false;
   std::optional<Error> left_out_;      ///< why the first material was left alone
   std::map<int, DressedUse> dressed_;  ///< by material

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numbers>
 #include <unordered_map>
 
 #include "converter/dress/flatten.h"
@@ -154,6 +156,73 @@ Issues check_uv_areas(const Scene& scene) {
                       "its texture coordinates cover no area in the scene"});
   }
   return issues;
+}
+
+std::vector<UvPart> uv_parts(const Scene& scene, const std::map<int, V2i>& materials_and_sets) {
+  constexpr double unseen = 1e-6;  // weight of what faces elsewhere
+  const double azimuth = scene.front_azimuth * std::numbers::pi / 180;
+  const V3d way(std::sin(azimuth), 0, std::cos(azimuth));
+  struct Vertex {
+    int material;
+    V2d uv;
+    V3d place;
+    std::size_t above;  // one that is nearer to the first of its part
+  };
+  std::vector<Vertex> vertices;
+  std::vector<std::size_t> corners;
+  std::map<std::array<double, 6>, std::size_t> known;
+  std::set<int> placed;
+  for (const SceneInstance& instance : scene.instances) {
+    const auto entry = materials_and_sets.find(instance.primitive);
+    if (entry == materials_and_sets.end() || !placed.insert(instance.primitive).second) continue;
+    const ScenePrimitive& p = scene.primitives[instance.primitive];
+    const auto [material, set] = entry->second;
+    const std::size_t begin = vertices.size();
+    for (std::size_t i = 0; i < p.tex_coords[set].size(); ++i) {
+      const V2d& uv = p.tex_coords[set][i];
+      const V3d at = V3d(p.positions[i]) * instance.world;
+      const auto same = known.try_emplace({uv.x, uv.y, at.x, at.y, at.z, 1.0 * material}, vertices.size());
+      vertices.push_back({material, uv, at, same.first->second});
+    }
+    if (vertices.size() > begin)
+      for (const std::uint32_t i : p.indices) corners.push_back(begin + i);
+  }
+  const auto first_of = [&](std::size_t i) {
+    while (vertices[i].above != i) i = vertices[i].above = vertices[vertices[i].above].above;
+    return i;
+  };
+  for (std::size_t c = 0; c < corners.size(); ++c) {
+    const std::size_t first = first_of(corners[c - c % 3]);
+    vertices[first_of(corners[c])].above = first;
+  }
+  std::map<std::size_t, UvPart> found;
+  for (std::size_t t = 0; t + 2 < corners.size(); t += 3) {
+    UvPart& part = found[first_of(corners[t])];
+    const auto corner = [&](std::size_t k) -> const Vertex& { return vertices[corners[t + k]]; };
+    const V3d normal = (corner(1).place - corner(0).place).cross(corner(2).place - corner(0).place);
+    const double weight = std::max(0.0, normal.dot(way)) + unseen * normal.length();
+    part.material = corner(0).material;
+    part.weight += weight;
+    for (std::size_t k = 0; k < 3; ++k) {
+      part.box.extendBy(corner(k).uv);
+      part.middle += corner(k).uv * (weight / 3);
+      part.nearness += corner(k).place.dot(way) * weight / 3;
+    }
+  }
+  std::vector<UvPart> parts;
+  for (const auto& [first, part] : found)
+    if (part.weight > 0) parts.push_back(part);
+  for (UvPart& part : parts) {
+    part.middle /= part.weight;
+    part.nearness /= part.weight;
+  }
+  std::ranges::sort(parts, std::greater(), &UvPart::weight);
+  const auto small =
+      std::ranges::find_if(parts, [&](const UvPart& p) { return 2 * p.weight < parts[0].weight; });
+  const auto front = std::max_element(
+      parts.begin(), small, [](const UvPart& a, const UvPart& b) { return a.nearness < b.nearness; });
+  if (!parts.empty()) std::rotate(parts.begin(), front, front + 1);
+  return parts;
 }
 
 Imath::Box3d bounds_of(const Scene& scene) {

@@ -41,6 +41,21 @@ UvSize measure_uv(const Scene& scene, const std::set<int>& chosen, int tex_coord
 /// under a node of scale 0: dress() refuses it.
 Issues check_uv_areas(const Scene& scene);
 
+/// Triangles that hang together in space and in their texture coordinates. Means are weighted by the area
+/// that is seen from the side to which the garment faces; where none is, by all.
+struct UvPart {
+  int material = 0;
+  Imath::Box2d box;     ///< of its UVs
+  V2d middle{0, 0};     ///< UVs, the mean
+  double nearness = 0;  ///< m towards that side, the mean
+  double weight = 0;    ///< twice the area that is seen, m^2
+};
+
+/// The parts of primitives, whose material and set of texture coordinates are given, each where it is first
+/// in the scene; by falling weight, but for the first: the nearest of those that have half of the largest
+/// weight, which insides of backs have, too.
+std::vector<UvPart> uv_parts(const Scene& scene, const std::map<int, V2i>& materials_and_sets);
+
 /// Bounds of the scene's triangles, metres; empty without triangles.
 Imath::Box3d bounds_of(const Scene& scene);
 

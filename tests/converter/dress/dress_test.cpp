@@ -153,6 +153,60 @@ TEST_CASE("dress: the cloth is scaled, turned and moved") {
   CHECK(test::error_of(workshop.dress(options)).code == Code::option_out_of_range);
 }
 
+TEST_CASE(
+    "dress: once, the middle of a repeat lies on the middle of the front, its corner on other materials'") {
+  // A front, the inside of a back, a sleeve before both, and a collar; of the front, half faces aside.
+  Garment garment = square(4);
+  const auto lay = [&](int i, float side, float z, float u) {
+    GarmentPrimitive& p = garment.primitives[i];
+    p.material = i / 3;
+    for (V3f& place : p.positions) place = place * side + V3f(0, 0, z);
+    for (V2f& uv : p.tex_coords) uv = uv * side + V2f(u, 0);
+  };
+  lay(0, 1, 0.25F, 0);
+  lay(1, 1, -0.25F, 2);
+  lay(2, 0.5F, 0.75F, 4);
+  lay(3, 0.25F, 0, 0);
+  GarmentPrimitive& front = garment.primitives[0];
+  front.positions.insert(front.positions.end(), {V3f(1, 0, -0.75F), V3f(1, 1, -0.75F)});
+  front.normals.resize(6, V3f(1, 0, 0));
+  front.tex_coords.insert(front.tex_coords.end(), {V2f(2, 1), V2f(2, 0)});
+  front.indices.insert(front.indices.end(), {1, 4, 5, 1, 5, 2});
+  const DressOptions turned{.all_cloth = true, .rotation_degrees = 90, .offset = V2d(0.25, 0)};
+  struct Case {
+    DressOptions options;
+    bool is_vrm = false;
+    V2d middle{0.5, 0.5};
+    std::string remark = "3 of its 3 parts reach beyond the repeat of 0.005 x 0.004 m";
+  };
+  const std::vector<Case> cases{
+      {everything},
+      {turned, false, {0.5, 0.5}, "3 of its 3 parts reach beyond the repeat of 0.004 x 0.005 m"},
+      {{.all_cloth = true, .scale = 1000},
+       false,
+       {0.5, 0.5},
+       "1 of its 3 parts reach beyond the repeat of 5 x 4 m"},
+      {{.all_cloth = true, .scale = 4000}, false, {0.5, 0.5}, ""},
+      {{.all_cloth = true, .scale = 4000}, true, {1, 0.5}, ""},  // the largest, as none is seen from behind
+  };
+  for (Case each : cases) {
+    Workshop workshop(garment);
+    if (each.is_vrm) workshop.edit([](Json& json) { json["extensions"]["VRM"] = Json::object(); });
+    each.options.lies_once = true;
+    const DressReport report = test::need(workshop.dress(each.options));
+    const Scene scene = test::need(read_scene(workshop.output));
+    const auto place = [&](int material, const V2d& uv) {
+      return scene.materials[material].fabric->transform.apply(uv) - each.options.offset;
+    };
+    CHECK((place(0, each.middle) - V2d(0.5, 0.5)).length() < 1e-3);
+    CHECK(place(1, V2d(0.125, 0.125)).length() < 1e-3);
+    const bool is_told = std::ranges::any_of(report.warnings, [&](const std::string& line) {
+      return line.find(each.remark.empty() ? "beyond the repeat" : each.remark) != std::string::npos;
+    });
+    CHECK(is_told == !each.remark.empty());
+  }
+}
+
 TEST_CASE("dress: stretched cloth is told by its fraction of the area") {
   const UvSize even = test::need(Workshop().dress(everything)).materials[0].uv_size;
   CHECK(even.stretched_fraction == 0);
