@@ -42,15 +42,17 @@ export class CellModule {
   }
   #add_side(number, fabric, side) {
     const {views, lights, layers, radianceScale = 1} = fabric;
-    const {lobes, products, bases, yarns} = layers, counts = yarns ?? {curves: 0, nodes: 0, stations: 0, fields: 30};
-    const {functions = 0, step = 0} = counts.packed ?? {}, {floats, words} = this.#input(17), grid = (of) => of ? [of.columns, of.rows] : [1, 1];
+    const {lobes, products, bases, yarns, map} = layers, counts = yarns ?? {curves: 0, nodes: 0, stations: 0, fields: 30};
+    const {functions = 0, step = 0} = counts.packed ?? {}, {floats, words} = this.#input(19), grid = (of) => of ? [of.columns, of.rows] : [1, 1];
     words.set([
       side, ...grid(views), ...grid(lights), lobes?.lobes ?? 0,
       products ? Math.max(...products.pairs.map((pairs) => pairs.length)) : 0, bases?.functions.views ?? 0,
       bases?.functions.lights ?? 0, counts.curves, counts.nodes, counts.stations, counts.fields, counts.valuesPerStation ?? TRANSFER_VALUES,
       functions
     ]);
-    floats.set([step, radianceScale], 15);
+    floats.set([step], 15);
+    words.set(map?.size ?? [0, 0], 16);
+    floats.set([radianceScale], 18);
     this.#of.add_side(number);
     for (const [kind, layer] of LAYERS.entries()) {
       // Yarn is stored once, at the front.

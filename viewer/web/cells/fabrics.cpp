@@ -1,6 +1,7 @@
 // Fabrics of the module.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "format/fabric/evaluate.h"
 #include "format/fabric/level_values.h"
@@ -154,7 +155,14 @@ EXPORT(evaluate_query)
 const V4f* evaluate_query(std::uint32_t number, std::uint32_t behind, std::uint32_t of_texel, double level,
                           double x, double y) {
   static V4f result;
-  const Fabric& seen = page.fabrics[number]->sides->seen_from(behind != 0);
+  const LoadedFabric& loaded = *page.fabrics[number];
+  Fabric all_texels;  // of a map
+  std::optional<FabricSides> sides;
+  if (loaded.shape.yarns.map_size.x > 0) {
+    all_texels = arranged(loaded.fabric);
+    sides.emplace(all_texels);
+  }
+  const Fabric& seen = (sides ? sides : loaded.sides)->seen_from(behind != 0);
   const V3f& light = input_as<V3f>()[0];
   const V3f& view = input_as<V3f>()[1];
   const Shading shading = of_texel != 0 ? evaluate(seen, static_cast<int>(level), static_cast<int>(x),

@@ -12,11 +12,11 @@ import {
 } from './layers.js';
 import {xxh3_128} from './xxh3.js';
 
-/** Major versions that are read; files of packed yarn have the second. */
+/** Major versions that are read; files of packed yarn and maps have the second. */
 export const VERSIONS = [4, 5];
 export const LIMITS = {
   texels: 4096, directions: 4096, lobes: 16, products: 256, functions: 256, curves: 2 ** 16, nodes: 2 ** 20,
-  stations: 2 ** 18, fields: 64, values: 256, nesting: 64
+  stations: 2 ** 18, fields: 64, values: 256, stitches: 2 ** 20, nesting: 64
 };
 const LARGEST_INTEGER = 2 ** 31 - 1;
 
@@ -78,6 +78,7 @@ const are_pairs = (levels) => (lists) => Array.isArray(lists) && (levels === nul
 const are_functions = (x) =>
   is_object(x) && in_range(0, LIMITS.functions)(x.views) && in_range(1, LIMITS.functions)(x.lights);
 
+const is_map_size = (x) => pair_of(in_range(1, LIMITS.stitches))(x) && x[0] * x[1] <= LIMITS.stitches;
 const is_packing = (x) => is_object(x) && in_range(1, LIMITS.functions)(x.functions) && is_positive(x.step);
 
 /** Members of layers besides levels and optional; `levels`: the number of the layer's levels, null if that is unknown. */
@@ -90,7 +91,11 @@ const OWN_MEMBERS = {
      ['stations', ...integer(1, LIMITS.stations)], ['fields', ...integer(11, LIMITS.fields)],
      ...Object.hasOwn(layer, 'packed') ? [['packed', is_packing, 'a number of functions and a step']] : [],
      ...Object.hasOwn(layer, 'valuesPerStation') ? [['valuesPerStation', ...integer(TRANSFER_VALUES, LIMITS.values)]] : []],
+  map: () => [['size', is_map_size, `two integers from 1 whose product is at most ${LIMITS.stitches}`]],
 };
+
+/** Layers that a fabric with a map cannot have. */
+const NOT_MAPPED = ['lobes', 'frame', 'table', 'light'];
 
 /** The members of the text: types and ranges. The result has only the members that are good. */
 function check_members(text, report) {
@@ -159,6 +164,11 @@ function check_members(text, report) {
     bad('/layers/products/pairs', 'not all are pairs of the bases\' functions');
   for (const [one, other] of [['yarns', 'indirect'], ['indirect', 'yarns']])
     if (text.layers[one] && !text.layers[other]) report('FABRIC_MEMBER', `/layers/${one}`, `there is no layer ${other}`);
+  if (text.layers.map) {
+    for (const other of ['yarns', 'products'])
+      if (!text.layers[other]) report('FABRIC_MEMBER', '/layers/map', `there is no layer ${other}`);
+    for (const other of NOT_MAPPED) if (text.layers[other]) report('FABRIC_MEMBER', '/layers', `there is a map beside ${other}`);
+  }
   drop_half_of_yarn(good.layers);
   return good;
 }
@@ -166,8 +176,7 @@ function check_members(text, report) {
 /** Removes the layers of yarn if one of them is missing or not good. */
 function drop_half_of_yarn(layers) {
   if (layers.yarns && layers.indirect) return;
-  delete layers.yarns;
-  delete layers.indirect;
+  for (const name of ['yarns', 'indirect', 'map']) delete layers[name];
 }
 
 /** Whether a part is tiled or not and has the texels of level 0. `texels` may be missing where the text is wrong. */
@@ -180,7 +189,7 @@ function check_layout({name, tile, levels: [{width, height}]}, tiled, texels, re
 
 /** Whether everything is known that the channels of a layer follow from. */
 const is_laid_out = (name, {texels, views, lights, layers}) => texels && (views || !needs_views(name)) &&
-  (lights || !needs_lights(name)) && (layers.yarns || name !== 'indirect');
+  (lights || !needs_lights(name)) && (layers.yarns || !['indirect', 'map'].includes(name));
 
 /** Whether a part has all channels of its layer. */
 function check_channels(name, part, text, report) {
@@ -207,7 +216,8 @@ function check_parts(parts, text, report) {
 
 /** The sides of the cloth besides the front (spec/fabric.md, Other sides), and the layers that they cannot have. */
 export const SIDES = ['back', 'through', 'back.through'];
-const NOT_OF = {back: ['yarns', 'indirect'], through: ['yarns', 'opacity'], 'back.through': ['yarns', 'indirect', 'opacity']};
+const NOT_OF =
+  {back: ['yarns', 'indirect', 'map'], through: ['yarns', 'opacity', 'map'], 'back.through': ['yarns', 'indirect', 'opacity', 'map']};
 
 /**
  * Adds another side to a fabric: a fabric of its own, whose parts and channels have their names without the side's prefix.
@@ -218,7 +228,7 @@ function add_side(front, name, report) {
   const note = (code, place, message) => report(code, place.startsWith('/') ? at + place : prefix + place, message);
   const refuse = (place, message) => report('FABRIC_MEMBER', at + place, message);
   if (!is_object(own)) return refuse('', 'is not an object');
-  const forbidden = NOT_OF[name].find((layer) => Object.hasOwn(own.layers ?? {}, layer));
+  const forbidden = [...NOT_OF[name], ...front.layers.map ? NOT_MAPPED : []].find((layer) => Object.hasOwn(own.layers ?? {}, layer));
   if (forbidden) return refuse(`/layers/${forbidden}`, 'is not a layer of this side');
   const cut = (x) => x.startsWith(prefix) ? x.slice(prefix.length) : x;
   const parts = front.parts.filter((part) => part.name.startsWith(prefix)).map((part) => ({
@@ -250,7 +260,7 @@ function add_side(front, name, report) {
       return refuse('', `level ${k} has a layer of this side, but no reflectance`);
     shown[k] = shown[k + 1];
   }
-  front.sides[name] = {raw, ...text, shown};
+  front.sides[name] = {raw, ...text, shown, front, ...name !== 'back' && {visible: seen}};
 }
 
 /**

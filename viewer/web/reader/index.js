@@ -11,4 +11,5 @@ export {
   ANGLES, COLOURS, LAYERS, LIGHTS, PARAMETERS, SPREAD, TRANSFER_VALUES, base_count, direction_name, grid_size,
   layer_channels, level_of_texels, needs_lights, pairs_at, used_count
 } from './layers.js';
+export {read_map, read_repeat, repeat_size} from './map.js';
 export {xxh3_128} from './xxh3.js';

@@ -1,8 +1,8 @@
 // The layers of a fabric (spec/fabric.md): which channels their parts have, and how many numbers of them mean something.
 
-export const LAYERS = ['lobes', 'frame', 'table', 'opacity', 'light', 'products', 'bases', 'yarns', 'indirect'];
+export const LAYERS = ['lobes', 'frame', 'table', 'opacity', 'light', 'products', 'bases', 'yarns', 'indirect', 'map'];
 /** Those of level 0 alone, with numbers that belong to no texel but are spread over the texels. */
-export const SPREAD = ['bases', 'yarns', 'indirect'];
+export const SPREAD = ['bases', 'yarns', 'indirect', 'map'];
 export const COLOURS = ['red', 'green', 'blue'];
 export const PARAMETERS = ['cx', 'cy', 'cz', 'n'];
 
@@ -36,6 +36,7 @@ export const TRANSFER_VALUES = 3 * ANGLES * LIGHTS;
  */
 function spread_count(layer, text) {
   if (layer === 'bases') return base_count(text).all;
+  if (layer === 'map') return text.layers.yarns.curves + text.layers.map.size[0] * text.layers.map.size[1];
   const {curves, nodes, fields, stations, valuesPerStation = TRANSFER_VALUES, packed} = text.layers.yarns;
   if (layer === 'yarns') return fields * curves + 3 * nodes + (packed?.functions ?? 0) * valuesPerStation;
   return (packed?.functions ?? valuesPerStation) * stations;
