@@ -280,6 +280,10 @@ int CellStore::set_pixel(Wanted& wanted, PatchSide patch) const {
   wanted.first_stitch = V2i(repeat.x, -1 - repeat.y) * map_tile_stitches;
   wanted.parts = parts_of(shown, patches_.units_per_repeat());
   wanted.around += shown.offset;
+  // Rows that leave their places: pages look no neighbours up.
+  if (wanted.shows_map)
+    wanted.around += max_row_offset / (static_cast<float>(map_tile_stitches) *
+                                       std::min(shown.pixel_width_texels.x, shown.pixel_width_texels.y));
   return fabric;
 }
 

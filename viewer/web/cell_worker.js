@@ -33,6 +33,10 @@ const FARTHEST = 1e9;
 /** ms after which a garment's new images are shown though more are to come. */
 const TELL = 120;
 
+/** Repeats of images in a repeat of the cloth: of a map, tiles of so many stitches a side (format/fabric/yarn_map.h). */
+const TILE = 64;
+const tiles_of = ({layers: {map}}) => map ? map.size.map((stitches) => stitches / TILE) : [1, 1];
+
 export class CellWorker {
   #post;
   #module = null;
@@ -85,7 +89,7 @@ export class CellWorker {
       const fabric = await fetch_fabric(source), module = await this.#module, number = module.add_fabric(fabric);
       const result = {
         number, levels: fabric.levels, mm_per_repeat: fabric.mmPerRepeat, recipe: fabric.recipe ?? null, sheet: fabric.sheet ?? {},
-        accuracy: fabric.accuracy ?? {}, fallback: fabric.fallback ?? {}, albedo: fabric.fallback?.albedo ?? [1, 1, 1], variation: module.variation(number),
+        accuracy: fabric.accuracy ?? {}, fallback: fabric.fallback ?? {}, albedo: fabric.fallback?.albedo ?? [1, 1, 1], variation: module.variation(number), tiles: tiles_of(fabric),
         has_yarn: Boolean(fabric.layers.yarns), has_holes: module.has_holes
       };
       this.#post({kind: 'fabric', id, result});

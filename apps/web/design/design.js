@@ -139,7 +139,7 @@ async function show(bytes, is_over, is_whole = true) {
   const fabric = new LoadedFabric(bytes.slice().buffer, recipe.stitch), last = fabrics.at(-1);
   await fabric.settled;
   if (is_over() || fabric.issue) return fabric.dispose();
-  const is_as_large = String(last.mm_per_repeat) === String(fabric.mm_per_repeat) && [...view.materials].every((material) => material.fabric === last);
+  const is_as_large = String([last.mm_per_repeat, last.tiles]) === String([fabric.mm_per_repeat, fabric.tiles]) && [...view.materials].every((material) => material.fabric === last);
   const shown = stage.cloth = is_as_large ? last : fabric;
   if (is_whole) show_sheet(fabric, bytes);
   for (const material of view.materials) {

@@ -145,7 +145,7 @@ EXPORT(variation_of) const VariationNumbers* variation_of(std::uint32_t number) 
     result.changes[i] = {runs.offset, runs.amplitude,
                          std::ldexp(static_cast<float>(runs.lengths), -runs.log2_repeats)};
   }
-  if (yarns) result.relief = V2f(height_step(*yarns, sides.front->reference_height)) / yarns->period();
+  if (yarns) result.relief = V2f(height_step(*yarns, sides.front->reference_height)) / yarns->tile();
   result.fraction_along_v = {variation.along_v_fraction, behind ? behind->variation().along_v_fraction : 0};
   return &result;
 }

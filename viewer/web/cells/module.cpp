@@ -67,6 +67,8 @@ struct UploadNumbers {
   const void *halves, *heights;
 };
 
+/// As many as TileNumbers holds.
+constexpr int max_repeat_texels = 2044;
 constexpr double min_fill = 0.05;
 /// A frame that moves visits one of this number of patches that have images, in front and behind.
 constexpr int visits_of_front = 4;
@@ -127,7 +129,7 @@ bool place_look(Garment& garment, PatchSide patch) {
   if (look.texels == nullptr) return true;
   const std::uint64_t wanted = garment.first_image + look.image;
   if (page.atlas.find(wanted, page.last_use_mark) == 0) {
-    const V2i size(static_cast<int>(look.size[0]) + 1, static_cast<int>(look.size[1]) + 1);
+    const V2i size(static_cast<int>(look.window_size[0]) + 1, static_cast<int>(look.window_size[1]) + 1);
     const TileNumber tile = page.atlas.add(wanted, size, page.last_use_mark);
     if (tile == 0) return false;
     upload(look, tile);
@@ -424,17 +426,14 @@ std::uint32_t add_garment(std::uint32_t fabric, std::uint32_t vertices, std::uin
   garment.first_table_entry = room_in_table(patches.table().size());
   garment.charts.resize(vertices);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const Patches::Place& first = patches.place(static_cast<std::uint32_t>(i));
-    const Patches::Chart& chart = patches.chart(first.chart);
-    const V2f uv = mesh.uv(mesh.triangles[i].corners[0]);
-    const int units = patches.units_per_repeat();
+    const Patches::Chart& chart = patches.chart(patches.place(static_cast<std::uint32_t>(i)).chart);
     // The last corner's numbers are the triangle's: others may lie in several charts, where the texture is
     // mirrored.
     const std::uint32_t vertex = mesh.triangles[i].corners[2];
     garment.charts[vertex < vertices ? vertex : tangents.copy_sources[vertex - vertices]] = {
         static_cast<float>(garment.first_table_entry + chart.first_table_entry),
-        std::floor(uv.x) - static_cast<float>(first.u / units),
-        std::floor(uv.y) - static_cast<float>(first.v / units),
+        static_cast<float>(chart.first_repeat.x),
+        static_cast<float>(chart.first_repeat.y),
         patches.finest_patches_per_repeat(),
         static_cast<float>(chart.size_in_patches.x),
         static_cast<float>(chart.size_in_patches.y)};
@@ -496,6 +495,7 @@ EXPORT(begin_frame) std::uint32_t begin_frame(std::uint32_t number, std::uint32_
                     .far = in.far};
   DrawOptions& options = garment.options;
   options.cells = moving_cell_images;
+  options.cells.max_tile_samples = max_repeat_texels;
   options.cells.is_moving = in.remade_fraction < 1;
   // Parts of repeats have images of whole ones, for which there is little room.
   options.cells.patches.max_offset_pixels = in.remade_fraction < 1 ? 32 : 16;

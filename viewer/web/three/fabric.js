@@ -15,6 +15,8 @@ export class LoadedFabric {
   variation = null;
   levels = 0;
   mm_per_repeat = null;
+  /** Repeats of images along u and v in a repeat of the cloth. */
+  tiles = [1, 1];
   /** How it was made (`recipe` of spec/fabric.md); null where the file does not say. */
   recipe = null;
   /** The data sheet of the cloth, its accuracy in dB and its fallback (spec/fabric.md), as far as the file has them. */
@@ -43,7 +45,8 @@ export class LoadedFabric {
   #noise = null;
   #ends = [[0, 0], [0, 0]];
   /** Takes the coordinates of a garment, u and v in turns. */
-  reach(uvs) {
+  reach(coordinates) {
+    const uvs = coordinates.map((x, i) => x * this.tiles[i % 2]);
     const ends = [Math.min, Math.max].map((of, i) => [0, 1].map((k) => uvs.reduce((end, x, j) => j % 2 === k ? of(end, x) : end, this.#ends[i][k])));
     if (this.#noise && String(ends) !== String(this.#ends)) this.#noise.of = null;
     this.#ends = ends;

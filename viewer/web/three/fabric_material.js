@@ -153,7 +153,7 @@ export const fabric_material = (Base) => class extends Base {
     if (garment.names[0] !== this.names[0]) this.needsUpdate = true;
     Object.assign(this, {garment, names: garment.names});
     const {fabric_uniforms: uniforms, fabric} = this, {has_yarn, variation, albedo, fallback, edition} = fabric;
-    uniforms.fabric_transform.value = this.matrix;
+    uniforms.fabric_transform.value = new Matrix3().makeScale(...fabric.tiles).multiply(this.matrix);
     uniforms.cell_beyond.value = garment.beyond;
     uniforms.cell_albedo.value = fallback.albedo || edition > 0 ? albedo : this.own_color.toArray();
     uniforms.cell_brighter.value = has_yarn ? 2 : 8;
