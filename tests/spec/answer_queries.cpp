@@ -82,12 +82,12 @@ Json issues_of(const std::string& file) {
   return {{"issues", issues}};
 }
 
-/// The fabric as it is seen; the last one is kept.
+/// The fabric as it is seen, with the texels of its map; the last one is kept.
 const Fabric& seen_fabric(const std::string& file, bool behind) {
   static std::pair<std::string, bool> name;
   static Fabric fabric;
   if (name != std::pair(file, behind)) {
-    fabric = value_or_throw(read_fabric(file));
+    fabric = arranged(value_or_throw(read_fabric(file)));
     if (behind && fabric.find_side(Side::back) != nullptr) fabric = turned_over(fabric);
     name = {file, behind};
   }

@@ -68,17 +68,18 @@ for (const way of ['worker', 'missing worker', 'no worker']) {
     assert.ok(way === 'missing worker' ? others.length === 1 && /worker.js does not load.*use_worker/.test(others[0]) : others.length === 0, `${others}`);
   });
 }
-// Packed yarn: a reader of versions up to 4 alone shows the fallback, and says why.
-writeFileSync(join(folder, 'packed.gltf'), garment_of(['../valid/yarns-packed.exr']));
-for (const [known, state] of [[2, ['fabric', '', 'main thread']], [1, ['fallback', 'FABRIC_VERSION']]]) {
+// Packed yarn, and a map: a reader of versions up to 4 alone shows the fallback, and says why.
+for (const name of ['packed', 'map']) writeFileSync(join(folder, `${name}.gltf`), garment_of([`../valid/yarns-${name}.exr`]));
+const shown = ['fabric', '', 'main thread'], refused = ['fallback', 'FABRIC_VERSION'];
+for (const [name, known, state] of [['packed', 2, shown], ['packed', 1, refused], ['map', 2, shown], ['map', 1, refused]]) {
   await in_browser(package_folder, { valid: join(kit, 'valid'), made: folder }, async ({ page, errors }) => {
-    const { states: [found] } = await page.evaluate(async (count) => {
+    const { states: [found] } = await page.evaluate(async ([file, count]) => {
       const { VERSIONS } = await import('/selvedge/reader/fabric.js');
       VERSIONS.length = count;
-      return (await import('/test/scene_page.js')).fate('/made/packed.gltf', 'no worker');
-    }, known);
+      return (await import('/test/scene_page.js')).fate(`/made/${file}.gltf`, 'no worker');
+    }, [name, known]);
     assert.deepEqual(found.slice(0, state.length), state);
-    assert.deepEqual(errors.map((error) => /FABRIC_VERSION.*version 5.0 is not read, only 4:/.test(error)), state[1] ? [true] : []);
+    assert.deepEqual(errors.map((error) => /FABRIC_VERSION.*version 5.[01] is not read, only 4:/.test(error)), state[1] ? [true] : []);
   });
 }
 // three.js that gives itself out for another version.

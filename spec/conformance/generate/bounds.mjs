@@ -12,6 +12,8 @@ import {yarn_changes} from './near_yarns.mjs';
 
 export const U = 2 ** -24;
 const SMALLEST = 2 ** -126;
+/** Units of rounding in a mean of texels, and what no coefficient of such exceeds. */
+const OF_MEANS = 16, LARGEST_COEFFICIENT = 1;
 
 /** A value and a bound of the error of its single-precision twin. */
 class Bounded {
@@ -105,7 +107,7 @@ function bounded_look_up(level, texel, {here: point, around}) {
     there.T.forEach((value, c) => { T[c] = Math.max(T[c], Math.abs(value - here.T[c])); });
   }
   return {
-    alpha: new Bounded(here.alpha, level.opacity ? alpha + 8 * U * here.alpha : 0),
+    alpha: new Bounded(here.alpha, level.opacity ? alpha + (8 + OF_MEANS * level.means) * U * here.alpha : 0),
     T: here.T.map((value, c) => new Bounded(value, level.table ? T[c] + 18 * U * value : 0)),
   };
 }
@@ -135,7 +137,7 @@ function hold(x) {
 
 /** F of formula (3) for one channel. */
 function bounded_bracket(level, texel, T, c, of_view, of_light) {
-  const {table, light, products, views, lights} = level;
+  const {table, light, products, views, lights, means} = level;
   const terms = [];
   if (light) {
     const S = bounded_interpolation(lights, of_light, (k) => light(texel, k)[c]);
@@ -144,7 +146,7 @@ function bounded_bracket(level, texel, T, c, of_view, of_light) {
     terms.push(T);
   }
   products?.pairs.forEach(([a, b], m) => {
-    const coefficient = exact(products.coefficient(texel, m));
+    const coefficient = new Bounded(products.coefficient(texel, m), OF_MEANS * means * U * LARGEST_COEFFICIENT);
     const phi = a === 0 ? exact(1) : bounded_interpolation(views, of_view, (k) => products.phi(a, k));
     const psi = bounded_interpolation(lights, of_light, (k) => products.psi(b, k)[c]);
     const factor = a === 0 ? coefficient : times(coefficient, phi);

@@ -5,6 +5,7 @@ import {examples} from './examples.mjs';
 import {extremes} from './extremes.mjs';
 import {unknown_part} from './broken/common.mjs';
 import {mix_precisions, part_of} from './make.mjs';
+import {maps} from './maps.mjs';
 import {lights_and_products} from './products.mjs';
 import {sides} from './sides.mjs';
 import {yarns} from './yarns.mjs';
@@ -280,5 +281,5 @@ const brief = [...unknowns, ...layouts, ...texts].map((fixture) => ({...fixture,
 
 export const valid = [
   ...examples, ...combinations, ...lobes, ...precisions, ...levels, ...sizes, ...grids, ...extremes, ...lights_and_products,
-  ...yarns, ...sides, ...brief
+  ...yarns, ...maps, ...sides, ...brief
 ];

@@ -13,7 +13,8 @@ const PRECISION = {
   products: 'half',
   bases: 'half',
   yarns: 'float',
-  indirect: 'half'
+  indirect: 'half',
+  map: 'float'
 };
 /** An orthonormal frame around a normal, the tangent being the x axis made perpendicular. */
 export function frame_of(normal) {
@@ -54,6 +55,7 @@ export const framed = (frame) => (level, channel, t) => {
  *   light_grid [columns, rows], functions [views, lights]     default 1 x 3, [1, 2]
  *   pairs        (level) => [[a, b], ...]; default (0, 0) and (1, 1)
  *   yarns        the members of the layer `yarns`: { curves, nodes, stations, fields }
+ *   map          those of the layer `map`: { size }
  *   sides        { back: fixture, ... }: the other sides, in this form
  *   layers       { name: { levels, precision } }, or names only; default: all levels, the usual precision
  *   value        { layer: (level, channel, texel) => number }; undefined: an ordinary value
@@ -96,6 +98,7 @@ export function fabric_of(fixture) {
       bases: {functions: {views: functions[0], lights: functions[1]}},
       yarns: {...structuredClone(fixture.yarns), optional: true},
       indirect: {optional: true},
+      map: fixture.map,
     };
     const number = (level, channel, t) => t < used_count(layer, fabric, level, channel) ?
       value[layer]?.(level, channel, t) ?? ordinary(name, level, channel, t) :

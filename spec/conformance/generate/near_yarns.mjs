@@ -37,10 +37,10 @@ function size_of({light}, {first_station, stations, plies}, c) {
 
 /** { rgb, alpha, errors } at a point of the plane, errors of rgb; null where rounding decides. */
 export function yarn_changes(yarns, uv, light, view, U) {
-  const {period, thinnest, top} = yarns;
+  const {repeat, thinnest, top} = yarns;
   const here = evaluate_yarns(yarns, uv, light, view);
   const {rgb, alpha, hit} = here;
-  const beside = ([x, y], mm) => [uv[0] + x * mm / period[0], uv[1] + y * mm / period[1]];
+  const beside = ([x, y], mm) => [uv[0] + x * mm / repeat[0], uv[1] + y * mm / repeat[1]];
   const shifted = AROUND.map((d) => evaluate_yarns(yarns, beside(d, BESIDE * thinnest), light, view));
   const small = (d) => d.map((x) => x * TURN);
   for (const d of AROUND) {
@@ -56,7 +56,7 @@ export function yarn_changes(yarns, uv, light, view, U) {
   const {curve} = hit.segment;
 
   const way = (top - hit.point[2]) / max(unit(view)[2], 1 / 32);
-  const place = OF_PLACE * U * (way + max(...period)), angle = (d) => d.map((x) => x * OF_DIRECTION * U);
+  const place = OF_PLACE * U * (way + max(...repeat)), angle = (d) => d.map((x) => x * OF_DIRECTION * U);
   const moved = [0, 1, 2].map((axis) => {
     const by = (a) => a.map((x, i) => x + (i === axis ? place : 0));
     return evaluate_yarns(yarns, uv, light, view, {...hit, point: by(hit.point), from_start: by(hit.from_start)});

@@ -1,6 +1,6 @@
 // The reflectance of spec/brdf.md in double precision.
 //
-// A level, as make_level of level.mjs gives it: { width, height, scale, views, lights, lobes, frame, table,
+// A level, as make_level of level.mjs gives it: { width, height, scale, views, lights, means, lobes, frame, table,
 // opacity, light, products, yarns }, a layer being null where the level lacks it, else a function of
 // the texel's index:
 //   lobes(t)      [{ rho, lobes: [{ cx, cy, cz, n }, ...] } for red, green and blue]

@@ -1,7 +1,7 @@
 // All faults of a fabric file (codes of spec/issues.md).
 import {yarns_of} from './curves.mjs';
 import {unpacked} from './packed.mjs';
-import {Issue, LAYERS, level_of_texels, open_fabric, read_layer} from './reader.mjs';
+import {Issue, LAYERS, level_of_texels, open_fabric, read_layer, read_map} from './reader.mjs';
 
 /** Runs `work`; an Issue that it throws is added to the list. */
 function collect(issues, work) {
@@ -40,7 +40,7 @@ export async function check_fabric(bytes) {
           });
       }
       if (side === 'front' && own.yarns && own.indirect && issues.length === before)
-        collect(issues, () => yarns_of(...unpacked(fabric, own)));
+        collect(issues, () => yarns_of(...unpacked(fabric, own), read_map(fabric)));
     }
   }
   return issues;

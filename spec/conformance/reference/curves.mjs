@@ -1,6 +1,6 @@
 // The yarn itself (spec/brdf.md, Yarn; spec/fabric.md, Yarn) from its layers.
 //
-// Yarns, as yarns_of gives them: { period, plane, curves, segments, top, bottom, thinnest, stations,
+// Yarns, as yarns_of gives them: { period, map, repeat of the cloth, plane, curves, segments, top, bottom, thinnest, stations,
 // light(station, j, k, colour), moment(station, n, j) }; lengths in mm. A segment: { curve, radius, start, along, length, tangents: [t_i,
 // t_(i+1)], and of both ends across: A, out: E, and stations: the place along the curve; rows: of the noise of strands;
 // ball: radius of that about its start; rank: of hairs, else 0; reach: the largest radius; squeeze: g of flat yarn }. Its
@@ -243,10 +243,11 @@ function turn_over(curve, period, thickness) {
 /**
  * The yarns of a fabric from its attribute text and the numbers of its layers, Maps from channels to arrays. Throws an
  * Issue where they are out of range. `over`: turned over, but for the light; `sideways` of a curve says whether its angles
- * then count from the x axis.
+ * then count from the x axis. `map`: of read_map().
  */
-export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight, thickness}, layer, over = false) {
-  const counts = layers.yarns, period = mmPerRepeat.map(fround);
+export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight, thickness}, layer, map = null, over = false) {
+  const counts = layers.yarns, repeat = mmPerRepeat.map(fround);
+  const period = map ? repeat.map((mm, axis) => fround(mm * map.kinds[axis] / map.size[axis])) : repeat;
   const number = (name) => {
     const channels = Array.from({length: layer[name].size}, (_, i) => layer[name].get(`${name}.${i}`));
     return (i) => channels[floor(i / (w * h))][i % (w * h)];
@@ -274,6 +275,8 @@ export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight, 
   });
   return {
     period,
+    map,
+    repeat,
     plane: fround(referenceHeight),
     curves,
     segments,

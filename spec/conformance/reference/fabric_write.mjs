@@ -36,9 +36,10 @@ function layer_part(fabric, name) {
   };
 }
 
-/** Level `k` as a reader will see it: the stored numbers. */
+/** The texels of level `k` as a reader will see them: the stored numbers. */
 function stored_level(fabric, parts, k) {
   const layers = Object.fromEntries(LAYERS.map((name) => {
+    if (['yarns', 'indirect', 'map'].includes(name)) return [name, null];
     const at = name === 'bases' ? 0 : k;
     const part = fabric.layers[name]?.levels.includes(at) ? parts.find((p) => p.name === name) : null;
     const numbers = part &&
@@ -95,7 +96,7 @@ export function fabric_text(fabric, parts) {
   const entries = (make) => Object.fromEntries(
     used.map((name) => [name, make(fabric.layers[name], parts.find((p) => p.name === name))]));
   return {
-    version: [fabric.layers.yarns?.packed ? 5 : 4, 0],
+    version: fabric.layers.map ? [5, 1] : [fabric.layers.yarns?.packed ? 5 : 4, 0],
     texels,
     levels,
     mmPerRepeat,

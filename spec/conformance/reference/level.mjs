@@ -2,17 +2,18 @@
 import {yarns_of} from './curves.mjs';
 import {unpacked} from './packed.mjs';
 import {
-  COLOURS, LAYERS, PARAMETERS, base_count, direction_name, grid_size, level_size, pairs_at, read_layer
+  COLOURS, LAYERS, PARAMETERS, SPREAD, base_count, direction_name, grid_size, level_size, pairs_at, read_layer, read_map,
+  read_repeat
 } from './reader.mjs';
 
 const each = (n, make) => Array.from({length: n}, (_, i) => make(i));
 
 /**
  * A level as brdf.mjs wants it, from the numbers of its layers, Maps from channels to arrays, null where
- * absent; `bases` of level 0. `text` has the members of the attribute text.
+ * absent; `bases` of level 0. `text` has the members of the attribute text. `map`: of read_map(), whose repeat is shown.
  */
-export function make_level(text, level, numbers) {
-  const {texels, views, lights, layers, radianceScale = 1} = text;
+export function make_level(text, level, numbers, map = null) {
+  const {views, lights, layers, radianceScale = 1} = text, texels = map?.size ?? text.texels;
   const {lobes, frame, table, opacity, light, products, bases, yarns, indirect} = numbers;
   const of = (values, ...names) => names.map((name) => values.get(name));
   const rgb = (values, name) => of(values, ...COLOURS.map((c) => `${name}.${c}`));
@@ -32,7 +33,9 @@ export function make_level(text, level, numbers) {
     opacity: null,
     light: light ? colours(light, 'light', lights) : null,
     products: null,
-    yarns: level === 0 && yarns && indirect ? yarns_of(...unpacked(text, {yarns, indirect})) : null,
+    /** How many means of means texels are. */
+    means: map ? level : 0,
+    yarns: level === 0 && yarns && indirect ? yarns_of(...unpacked(text, {yarns, indirect}), map) : null,
   };
   if (lobes) {
     const rho = rgb(lobes, 'lobes.diffuse');
@@ -55,11 +58,10 @@ export function make_level(text, level, numbers) {
     result.opacity = (t, k) => lists[k][t];
   }
   if (products) {
-    const texels_of_0 = texels[0] * texels[1], {of_views} = base_count(text);
-    const channels = each(bases.size, (n) => bases.get(`bases.${n}`));
-    const base = (i) => channels[Math.floor(i / texels_of_0)][i % texels_of_0];
+    const channels = each(bases.size, (n) => bases.get(`bases.${n}`)), {length} = channels[0], {of_views} = base_count(text);
+    const base = (i) => channels[Math.floor(i / length)][i % length];
     const V = grid_size(views), L = grid_size(lights);
-    const pairs = pairs_at(text, level);
+    const pairs = pairs_at(text, map ? 0 : level);
     result.products = {
       pairs,
       coefficient: (t, m) => products.get(`products.${m}`)[t],
@@ -72,8 +74,9 @@ export function make_level(text, level, numbers) {
 
 /** Level `level` of a fabric of open_fabric. */
 export function read_fabric_level(fabric, level) {
-  const numbers = Object.fromEntries(LAYERS.map((layer) => [layer, read_layer(fabric, layer, level)]));
+  const map = read_map(fabric.front ?? fabric), read = (layer) => map && !SPREAD.includes(layer) ? null : read_layer(fabric, layer, level);
+  const numbers = {...Object.fromEntries(LAYERS.map((layer) => [layer, read(layer)])), ...map && read_repeat(fabric, level)};
   // They stand at level 0 and belong to all.
   if (numbers.products) numbers.bases ??= read_layer(fabric, 'bases', 0);
-  return make_level(fabric, level, numbers);
+  return make_level(fabric, level, numbers, map);
 }

@@ -2,14 +2,14 @@
 import {yarns_of} from './curves.mjs';
 import {read_fabric_level} from './level.mjs';
 import {flat, spread, unpacked} from './packed.mjs';
-import {ANGLES, LIGHTS, read_layer, TRANSFER_VALUES} from './reader.mjs';
+import {ANGLES, LIGHTS, read_layer, read_map, repeat_size, TRANSFER_VALUES} from './reader.mjs';
 
 /** The yarn turned over; `light_through` are the numbers of through.indirect, or null. */
 function turned_yarns(given, light_through) {
   const yarns = read_layer(given, 'yarns', 0), [fabric, own] = unpacked(given, {yarns, indirect: read_layer(given, 'indirect', 0)});
   const through = light_through && unpacked(given, {yarns, indirect: light_through})[1].indirect;
   const {stations, valuesPerStation = 0} = fabric.layers.yarns, texels = fabric.texels[0] * fabric.texels[1];
-  const over = yarns_of(fabric, own, true);
+  const map = read_map(given), over = yarns_of(fabric, own, map, true);
   const turned = (numbers) => {
     const light = flat(numbers, 'indirect');
     for (const curve of over.curves) {
@@ -24,7 +24,7 @@ function turned_yarns(given, light_through) {
     }
     return spread(light, 'indirect', texels);
   };
-  const of = (indirect) => yarns_of(fabric, {yarns: own.yarns, indirect}, true);
+  const of = (indirect) => yarns_of(fabric, {yarns: own.yarns, indirect}, map, true);
   return {front: of(through ? turned(through) : own.indirect), through: through && of(turned(own.indirect))};
 }
 
@@ -58,7 +58,7 @@ export function seen_from(fabric, behind) {
     const yarns = lit ? {...lit, by_light: true} : level(k).yarns && {...level(k).yarns, dark: true};
     return {...made, opacity, yarns};
   });
-  return {levels: fabric.levels, level, through: other ? of_through : null};
+  return {levels: repeat_size(fabric).levels, level, through: other ? of_through : null};
 }
 
 /** { level(k), light }: the levels that answer for a light, and the light in their upper half. */

@@ -3,25 +3,30 @@ import {hash, noise} from './swells.mjs';
 import {trace} from './yarns.mjs';
 
 const {abs, floor, log2, max, min, round, sqrt} = Math;
-const MOST_REPEATS = 2 ** 30, MM = 8, SIDE = 32;
+const MOST_REPEATS = 2 ** 30, MM = 8, SIDE = 32, TILE = 64;
 const clamp = (x, low, high) => min(max(x, low), high);
 
 const along_v = ({turns: [X, Y]}, [P_x, P_y]) => abs(Y * P_y) > abs(X * P_x);
 
-function lengths_of(period, axis) {
-  const lengths = period[axis] / MM;
+/** What counts as a repeat, mm: of a map so many stitches. */
+const tile_of = ({period, map}) => map ? period.map((mm, axis) => mm * TILE / map.kinds[axis]) : period;
+
+function lengths_of(yarns, axis) {
+  const lengths = tile_of(yarns)[axis] / MM;
   return {lengths: clamp(round(lengths), 1, 4096), repeats: 2 ** clamp(round(-log2(lengths)), 0, 12)};
 }
 
 /** Rows, lengths and change of the curves along an axis; null: none. */
-function runs_of({curves, period}, axis) {
+function runs_of(yarns, axis) {
+  const {curves, period, map} = yarns;
   const own = curves.filter((curve) => curve.turns[axis] !== 0 && along_v(curve, period) === (axis === 1));
   if (own.length === 0) return null;
   const across = own[0].points.map((p) => axis === 0 ? -p[1] : p[0]);
+  const rows = own.reduce((sum, {turns}) => sum + abs(turns[axis]), 0), middle = across.reduce((sum, x) => sum + x, 0) / across.length;
   return {
-    rows: own.reduce((sum, {turns}) => sum + abs(turns[axis]), 0),
-    middle: across.reduce((sum, x) => sum + x, 0) / across.length / period[1 - axis],
-    ...lengths_of(period, axis),
+    rows: map ? max(1, floor(rows * TILE / map.kinds[1 - axis])) : rows,
+    offset: -middle / period[1 - axis] * rows,
+    ...lengths_of(yarns, axis),
     change: sqrt(own.reduce((sum, {strands: {change}}) => sum + change * change, 0) / own.length),
   };
 }
@@ -42,7 +47,7 @@ const key_of = (yarns, m) => hash(hash(yarns.curves[0].strands.seed) + m | 0);
 /** The place among rows across, and lengths along an axis: whole number and rest of both. */
 function lattice_place(runs, axis, repeats, within) {
   const split = (first, x) => [first + floor(x) | 0, x - floor(x)];
-  const offset = -runs.middle * runs.rows, {rows, lengths} = runs;
+  const {offset, rows, lengths} = runs;
   const row = split(Math.imul(repeats[1 - axis], rows), within[1 - axis] * rows + offset - floor(offset));
   const of_length = repeats[axis] - floor(repeats[axis] / runs.repeats) * runs.repeats;
   return [row, split(
@@ -59,21 +64,24 @@ function factor_of(yarns, axis, repeats, within) {
   return clamp(1 + runs.change * (single + 0.25 * area), 0, 2);
 }
 
-const split_uv = (uv) =>
-  [uv.map((x) => clamp(floor(x), -MOST_REPEATS, MOST_REPEATS)), uv.map((x) => x - floor(x))];
+const tiles_of = (yarns) => tile_of(yarns).map((mm, axis) => yarns.repeat[axis] / mm);
+const split_uv = (yarns, uv) => {
+  const places = tiles_of(yarns).map((tiles, axis) => uv[axis] * tiles);
+  return [places.map((x) => clamp(floor(x), -MOST_REPEATS, MOST_REPEATS)), places.map((x) => x - floor(x))];
+};
 
 /** Where the fabric is looked up at (u, v). */
 export function place_at(yarns, uv) {
-  const [repeats, within] = split_uv(uv), both = [0, 1].map((axis) => runs_of(yarns, axis));
+  const [repeats, within] = split_uv(yarns, uv), tile = tile_of(yarns), both = [0, 1].map((axis) => runs_of(yarns, axis));
   return uv.map((x, across) => {
-    const axis = 1 - across, {period} = yarns, own = both[axis], other = both[1 - axis];
+    const axis = 1 - across, own = both[axis], other = both[1 - axis];
     if (!own && !other) return x;
     const wales = {
-      ...lengths_of(period, axis), middle: 0, change: other?.change,
-      rows: clamp(round((other?.rows ?? 0) * period[1 - axis] / period[axis]), 1, 4096),
+      ...lengths_of(yarns, axis), offset: 0, change: other?.change,
+      rows: clamp(round((other?.rows ?? 0) * tile[1 - axis] / tile[axis]), 1, 4096),
     };
     const runs = own ?? wales;
-    return x + min(0.1, 0.5 * runs.change) / runs.rows *
+    return x + min(0.1, 0.5 * runs.change) / runs.rows / tiles_of(yarns)[across] *
       lattice_noise(key_of(yarns, 4 + axis), ...lattice_place(runs, axis, repeats, within));
   });
 }
@@ -95,7 +103,7 @@ function fraction_along_v(yarns) {
 
 /** The factor at place_at(), of the curve that is met; without one, of a level of texels. */
 export function variation_at(yarns, uv, curve = null) {
-  const [repeats, within] = split_uv(uv);
+  const [repeats, within] = split_uv(yarns, uv);
   const fraction = curve ? (along_v(curve, yarns.period) ? 1 : 0) : fraction_along_v(yarns);
   const [of_u, of_v] = [0, 1].map((axis) => factor_of(yarns, axis, repeats, within));
   return of_u + fraction * (of_v - of_u);

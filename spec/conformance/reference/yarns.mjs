@@ -45,18 +45,41 @@ function for_each_near({segments, period: [P_x, P_y]}, o, d, way, visit) {
   }
 }
 
-/** The segment that the ray towards `view` through (u, v) enters first, and P from its start; or null. */
+/** Where a ray passes stitches of a map: { begin, end, shift }, ways of the ray, and from there to the stitch that is shown. */
+function passed_stitches({map, period}, o, d, way) {
+  if (!map) return [{begin: -Infinity, end: Infinity, shift: [0, 0, 0]}];
+  const {kinds: [n, m], size: [W, H], shown} = map, cell = [period[0] / n, period[1] / m];
+  const borders = [0, 1].flatMap((axis) => {
+    const [a, b] = [o[axis], o[axis] + way * d[axis]].sort((x, y) => x - y), first = ceil(a / cell[axis]);
+    return Array.from({length: max(0, floor(b / cell[axis]) - first + 1)}, (_, i) => ((first + i) * cell[axis] - o[axis]) / d[axis]);
+  });
+  const ways = [0, ...borders.filter((t) => t > 0 && t < way).sort((a, b) => a - b), way], modulo = (i, size) => i - floor(i / size) * size;
+  return ways.slice(1).map((end, i) => {
+    const [x, y] = plus(o, d, (ways[i] + end) / 2), column = floor(x / cell[0]), row = floor(-y / cell[1]);
+    const kind = shown[modulo(row, H) * W + modulo(column, W)], shift = [(kind % n - column) * cell[0], (row - floor(kind / n)) * cell[1], 0];
+    return {begin: ways[i], end, shift};
+  });
+}
+
+/**
+ * The segment that the ray towards `view` through (u, v) enters first, P from its start, and P where the yarn's own repeat shows it;
+ * or null.
+ */
 export function trace(yarns, [u, v], view) {
-  const {period, plane, top, bottom, thinnest} = yarns;
-  const w = lifted(view), at = [(u - floor(u)) * period[0], -(v - floor(v)) * period[1], plane];
+  const {repeat, plane, top, bottom, thinnest} = yarns;
+  const w = lifted(view), at = [(u - floor(u)) * repeat[0], -(v - floor(v)) * repeat[1], plane];
   const o = plus(at, w, (top - plane) / w[2]), d = times(w, -1);
   let best = min((top - bottom) / w[2], MOST_RADII * thinnest), hit = null;
-  for_each_near(yarns, o, d, best, (segment, from) => {
-    const t = entry(segment, from, d);
-    if (t >= best) return;
-    best = t;
-    hit = {segment, from_start: plus(from, d, t), point: plus(o, d, t)};
-  });
+  for (const {begin, end, shift} of passed_stitches(yarns, o, d, best)) {
+    if (begin > best) break;
+    const moved = plus(o, shift);
+    for_each_near(yarns, moved, d, best, (segment, from) => {
+      const t = entry(segment, from, d);
+      if (t >= best || t < begin || t >= end) return;
+      best = t;
+      hit = {segment, from_start: plus(from, d, t), point: plus(moved, d, t)};
+    });
+  }
   return hit;
 }
 

@@ -1,6 +1,7 @@
 // Faults in the layers of yarn.
 import {pack_values} from '../../reference/exr_write.mjs';
 import {part_of} from '../make.mjs';
+import {mapped} from '../maps.mjs';
 import {of_curves, packed} from '../yarns.mjs';
 import {all, ask, base, broken, lobe, members_of, others, set} from './common.mjs';
 
@@ -141,4 +142,26 @@ const packing = [['functions', 0], ['functions', 257], ['step', 0], ['step', 'fi
   'FABRIC_MEMBER', `packed-${name}-${value}`, `packed yarn whose ${name} is ${value}`, `${YARNS}/packed`,
   {text: set(`${YARNS}/packed/${name}`, value), ...others}, {...base, ...packed, value: {...packed.value, lobes: lobe({rho: 0.1})}}));
 
-export const broken_yarns = [...members, ...channels, ...not_finite, ...fields, ...others_of_yarn, ...packing];
+/** A map of 3 x 2 stitches of the same number, and numbers of the layer `map`: of two curves, then of stitches. */
+const MAP = '/layers/map', in_map = (i, number) => ({before: written('map', i, number)});
+const of_maps = [
+  ...members_of(mapped, [
+    ['map-without-products', MAP, without('products')],
+    ['map-without-yarns', MAP, all(without('yarns'), without('indirect'))],
+    ['map-without-size', `${MAP}/size`, undefined],
+    ['map-of-no-stitches', `${MAP}/size`, [0, 2]],
+    ['map-of-2-to-31-stitches', `${MAP}/size`, [2 ** 15, 2 ** 16]],
+    ['map-of-level-1', `${MAP}/levels`, [1]],
+  ]),
+  ...['lobes', 'frame', 'table', 'light'].map((layer) => broken(
+    'FABRIC_MEMBER', `map-beside-${layer}`, `a map and the layer ${layer}`, '/layers', others, {...mapped, layers: [...mapped.layers, layer]})),
+  broken('FABRIC_CHANNEL', 'map-larger-than-its-part', 'a map of more stitches than its part has', 'map/map.4', {text: set(`${MAP}/size`, [5, 5]), ...others}, mapped),
+  broken('FABRIC_NOT_FINITE', 'map-nan', 'a map with a number that is none', 'map/level 0/map.0', in_map(2, NaN), mapped),
+  ...[
+    ['stitch-missing', 'a map that shows stitch 6 of 6', 4, 6], ['stitch-negative', 'a map that shows stitch -1', 4, -1],
+    ['stitch-fraction', 'a map that shows half a stitch', 4, 0.5], ['line-missing', 'a curve in row 2 of 2', 1, 2],
+    ['line-fraction', 'a curve in half a row', 0, 0.5],
+  ].map(([what, about, i, number]) => broken('FABRIC_MALFORMED', `map-${what}`, about, 'yarns/map', in_map(i, number), mapped)),
+];
+
+export const broken_yarns = [...members, ...channels, ...not_finite, ...fields, ...others_of_yarn, ...packing, ...of_maps];
