@@ -258,8 +258,9 @@ Result<int> run(const PlanCommand& command) {
   std::vector<Fabric> fabrics;
   const FabricLimits limits{.memory = scene.memory_left};
   for (const SceneFabric& fabric : scene.fabrics)
-    fabrics.push_back(value_or_throw(fabric.path.empty() ? read_fabric(fabric.bytes, fabric.name, limits)
-                                                         : read_fabric(fabric.path, limits)));
+    fabrics.push_back(
+        arranged(value_or_throw(fabric.path.empty() ? read_fabric(fabric.bytes, fabric.name, limits)
+                                                    : read_fabric(fabric.path, limits))));
   std::vector<V2d> texels(scene.materials.size(), V2d(1, 1));
   for (std::size_t i = 0; i < texels.size(); ++i)
     if (const auto& fabric = scene.materials[i].fabric) texels[i] = V2d(fabrics[fabric->fabric].texels());

@@ -78,7 +78,7 @@ void check_options(const DressOptions& options, const V2d& shape) {
 Cloth read_cloth(const std::string& path, const std::string& output_path, const DressOptions& options,
                  SceneLimits& limits) {
   FabricReader reader = value_or_throw(FabricReader::open(path, {.memory = limits.document.memory}));
-  Cloth cloth{value_or_throw(reader.read()), {}};
+  Cloth cloth{arranged(value_or_throw(reader.read())), {}};
   limits.document.memory -= reader.peak_memory_bytes();
   check_options(options, V2d(cloth.fabric.period_mm));
   cloth.source =

@@ -104,6 +104,10 @@ class Exporter {
       if (!fabric.levels.front().yarns())
         refuse(Code::fabric_unsupported, place,
                fmt::format("the fabric {} has texels alone, no yarn", source.name));
+      if (fabric.find_map() != nullptr)
+        refuse(Code::fabric_unsupported, place,
+               fmt::format("the fabric {} has a map, whose yarn is not exported: make it with --kinds none",
+                           source.name));
       if (material.fabric->tex_coord > 1)
         refuse(Code::garment_no_uvs, place, "only the UV sets 0 and 1 are read");
       WornCloth& worn = cloths_.emplace_back();

@@ -219,9 +219,10 @@ Fabric recolour(const Fabric& fabric, const YarnCell& cell) {
   YarnData yarns = cell.yarns;
   const bool both = fabric.find_side(Side::back) != nullptr;
   // Large cloth has fewer stations than its cell.
-  const std::vector<YarnCurve>& stored = fabric.levels.front().yarns()->data().curves;
+  const Yarns& last = *fabric.levels.front().yarns();
+  const std::vector<YarnCurve>& stored = last.data().curves;
   for (std::size_t c = 0; c < stored.size(); ++c) yarns.curves[c].stations = stored[c].stations;
-  compute_light_in_bands(yarns, fabric.period_mm, cell.wall_transmission, {both});
+  compute_light_in_bands(yarns, last.period(), cell.wall_transmission, {both});
   const YarnSampler sampler(yarns, cell, fabric.reference_height, fabric.texels(), both);
   recolour_texels(result, sampler);
   for (auto& other : result.sides) {
@@ -231,7 +232,7 @@ Fabric recolour(const Fabric& fabric, const YarnCell& cell) {
     other = std::make_shared<const Fabric>(std::move(side));
   }
   result.levels.front().set_yarns(
-      std::make_shared<const Yarns>(packed_if_large(std::move(yarns)), fabric.period_mm));
+      std::make_shared<const Yarns>(packed_if_large(std::move(yarns)), last.period()));
   result.accuracy = "{}";
   result.fallback = fallback_json_text(fit_fallback(result));
   return result;
