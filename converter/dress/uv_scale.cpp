@@ -12,6 +12,7 @@
 #include <unordered_map>
 
 #include "converter/dress/flatten.h"
+#include "format/base/guard.h"
 #include "format/scene/framing.h"
 
 namespace selvedge {
@@ -160,8 +161,11 @@ Issues check_uv_areas(const Scene& scene) {
 
 std::vector<UvPart> uv_parts(const Scene& scene, const std::map<int, V2i>& materials_and_sets) {
   constexpr double unseen = 1e-6;  // weight of what faces elsewhere
-  const double azimuth = scene.front_azimuth * std::numbers::pi / 180;
-  const V3d way(std::sin(azimuth), 0, std::cos(azimuth));
+  const Framing framing = value_or_throw(frame_scene(scene));
+  const double azimuth = framing.azimuth * std::numbers::pi / 180;
+  const double elevation = framing.elevation * std::numbers::pi / 180;
+  const V3d way(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
+                std::cos(azimuth) * std::cos(elevation));
   struct Vertex {
     int material;
     V2d uv;

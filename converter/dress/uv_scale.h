@@ -42,12 +42,12 @@ UvSize measure_uv(const Scene& scene, const std::set<int>& chosen, int tex_coord
 Issues check_uv_areas(const Scene& scene);
 
 /// Triangles that hang together in space and in their texture coordinates. Means are weighted by the area
-/// that is seen from the side to which the garment faces; where none is, by all.
+/// that is seen from where the default camera is (format/scene/framing.h); where none is, by all.
 struct UvPart {
   int material = 0;
   Imath::Box2d box;     ///< of its UVs
   V2d middle{0, 0};     ///< UVs, the mean
-  double nearness = 0;  ///< m towards that side, the mean
+  double nearness = 0;  ///< m towards the camera, the mean
   double weight = 0;    ///< twice the area that is seen, m^2
 };
 
