@@ -17,7 +17,13 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const Issues issues = check_fabric(bytes, "input", limits).issues;
   fuzz::require(fabric.has_value() != has_error(issues), "reader and checker judge alike");
   if (!fabric) return 0;
-  const auto evaluate_all = [](const Fabric& seen) {
+  constexpr int max_stitches = 4096;
+  const auto& yarns = fabric->levels.front().yarns();
+  const V2i stitches = yarns ? yarns->data().map.size : V2i(0, 0);
+  const bool is_small = std::int64_t{1} * stitches.x * stitches.y <= max_stitches;
+  const auto evaluate_all = [&](const Fabric& stored) {
+    const Fabric seen = is_small ? arranged(stored) : stored;
+    if (stitches.x > 0) evaluate(seen, -1, {0.3, 0.7}, {0, 0.6F, 0.8F}, {0.6F, 0, 0.8F});
     for (int k = 0; k < static_cast<int>(seen.levels.size()); ++k) {
       const FabricLevel& level = seen.levels[k];
       for (const float z : {0.8F, -0.8F}) {
