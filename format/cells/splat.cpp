@@ -510,8 +510,13 @@ void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView
         const V2i kind = map.shown_upwards(window.size.first_stitch + V2i(column, row));
         const V2f shift = V2f(V2i(column, row) - kind) * cell;
         const auto& [plies, hairs] = pieces.stitches[std::size_t{1} * kind.y * map.kinds.x + kind.x];
-        if (meets(plies, false, shift)) append(plies.range, shift, shown.plies);
-        if (view.has_hairs && meets(hairs, true, shift)) append(hairs.range, shift, shown.hairs);
+        for (const bool is_hair : {false, true}) {
+          const YarnPieces::Run& all = is_hair ? hairs : plies;
+          if ((is_hair && !view.has_hairs) || !meets(all, is_hair, shift)) continue;
+          for (int i = all.range.begin; i < all.range.end; ++i)
+            if (meets(pieces.runs[i], is_hair, shift))
+              append(pieces.runs[i].range, shift, is_hair ? shown.hairs : shown.plies);
+        }
       }
     }
     return;

@@ -143,14 +143,17 @@ class RunBuilder {
   int count_ = 0;
 };
 
-void add_runs(const V2f& period, YarnPieces& pieces) {
+/// `stitches`: of the pieces; empty without a map.
+void add_runs(const V2f& period, std::span<const int> stitches, YarnPieces& pieces) {
   RunBuilder runs(pieces.runs);
   V3f end(0, 0, 0);  // of the piece before
   for (int i = 0; i < pieces.count(); ++i) {
     const Yarns::Segment& s = pieces.segments[i];
     const bool is_hair = i >= pieces.ply_piece_count;
     const auto [low, high] = box_of(s, is_hair, period);
-    const bool follows = is_hair ? i > pieces.ply_piece_count : (s.start - end).length() < s.radius;
+    const bool is_same = stitches.empty() || (i > 0 && stitches[i] == stitches[i - 1]);
+    const bool follows =
+        is_same && (is_hair ? i > pieces.ply_piece_count : (s.start - end).length() < s.radius);
     runs.add(low, high, max_width_of(s, is_hair), follows);
     end = s.start + s.along;
   }
@@ -168,21 +171,20 @@ void add_stitches(const Yarns& yarns, std::span<const int> numbers, YarnPieces& 
   pieces.stitches.assign(std::size_t{1} * map.kinds.x * map.kinds.y, {none, none});
   pieces.min_z = yarns.geometry().max_z;
   pieces.max_z = yarns.geometry().min_z;
-  for (int i = 0; i < pieces.count(); ++i) {
-    const bool is_hair = i >= pieces.ply_piece_count;
-    YarnPieces::Stitch& stitch = pieces.stitches[numbers[i]];
-    YarnPieces::Run& run = is_hair ? stitch.hairs : stitch.plies;
-    const auto [low, high] = box_of(pieces.segments[i], is_hair, yarns.period());
-    grow(run, low, high, max_width_of(pieces.segments[i], is_hair));
-    if (run.range.end == 0) run.range.begin = i;
-    run.range.end = i + 1;
-    const V2i at(numbers[i] % map.kinds.x, numbers[i] / map.kinds.x);
+  for (int i = 0; const YarnPieces::Run& run : pieces.runs) {
+    const int number = numbers[run.range.begin];
+    YarnPieces::Stitch& stitch = pieces.stitches[number];
+    YarnPieces::Run& all = run.range.begin >= pieces.ply_piece_count ? stitch.hairs : stitch.plies;
+    grow(all, run.low, run.high, run.max_width);
+    if (all.range.end == 0) all.range.begin = i;
+    all.range.end = ++i;
+    const V2i at(number % map.kinds.x, number / map.kinds.x);
     for (int axis = 0; axis < 2; ++axis)
-      pieces.reach_beyond_stitch[axis] =
-          std::max({pieces.reach_beyond_stitch[axis], static_cast<float>(at[axis]) * cell[axis] - low[axis],
-                    high[axis] - static_cast<float>(at[axis] + 1) * cell[axis]});
-    pieces.min_z = std::min(pieces.min_z, low.z);
-    pieces.max_z = std::max(pieces.max_z, high.z);
+      pieces.reach_beyond_stitch[axis] = std::max(
+          {pieces.reach_beyond_stitch[axis], static_cast<float>(at[axis]) * cell[axis] - run.low[axis],
+           run.high[axis] - static_cast<float>(at[axis] + 1) * cell[axis]});
+    pieces.min_z = std::min(pieces.min_z, run.low.z);
+    pieces.max_z = std::max(pieces.max_z, run.high.z);
   }
 }
 
@@ -276,8 +278,8 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
     pieces.strands.push_back(strands_of(data.curves[s.curve], inside.strand_sense[s.curve], s));
   }
   for (std::vector<float>& values : pieces.numbers) values.resize(pieces.segments.size() + padding);
-  add_runs(yarns.period(), pieces);
-  stitches.insert(stitches.end(), places.begin(), places.end());
+  if (!map.empty()) stitches.insert(stitches.end(), places.begin(), places.end());
+  add_runs(yarns.period(), stitches, pieces);
   if (!map.empty()) add_stitches(yarns, stitches, pieces);
   return pieces;
 }

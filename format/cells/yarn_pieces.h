@@ -59,7 +59,7 @@ struct YarnPieces {
   /// Of yarn with a map, by its stitches, rows upwards: its plies are in the order of stitches, and begin in
   /// the first repeat.
   struct Stitch {
-    Run plies, hairs;
+    Run plies, hairs;  ///< ranges of runs
   };
   std::vector<Stitch> stitches;
   V2f reach_beyond_stitch{0, 0};  ///< mm

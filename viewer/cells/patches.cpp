@@ -14,7 +14,7 @@ constexpr double max_cells = 1 << 18;
 /// Sides of the smallest patches, if these are not too many, and of the largest: powers of two.
 constexpr int finest_level = -3;
 constexpr int finest_level_of_map = -5;
-constexpr float max_part_of_tile = 0.25F;  ///< side of a patch in cloth with a map, tiles
+constexpr float max_part_of_tile = 0.5F;  ///< side of a patch in cloth with a map, tiles
 constexpr int coarsest_level = 5;
 constexpr std::int32_t no_chart = -1;
 constexpr float min_area = 1e-20F;  ///< of a triangle, m^2: all charts have a surface
@@ -420,7 +420,7 @@ void Patches::choose_in(const Chart& chart, const View& view, std::size_t level,
     const bool has_map = chart.fabric.has_map;
     if (level > 0 && seen.in_frame)
       splits = (seen.longest > fraction && view.is_near_light(patch, seen.radius / 2 / fraction)) ||
-               ((repeats > 1 || has_map) && view.splits(patch, seen, limits)) ||
+               (repeats > 1 && view.splits(patch, seen, limits)) ||
                (repeats <= 1 &&
                 shown.offset > std::max(limits.max_offset_pixels, limits.max_offset_area / seen.longest)) ||
                (has_map && repeats > max_part_of_tile);
