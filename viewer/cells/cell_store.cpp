@@ -136,7 +136,7 @@ std::shared_ptr<std::vector<CellStore::Cloth>> CellStore::cloths_of(std::span<co
     Cloth& cloth = cloths->emplace_back();
     cloth.front = std::make_unique<ClothSide>(*sides.front);
     if (sides.back_fabric) cloth.back = std::make_unique<ClothSide>(*sides.back_fabric);
-    cloth.patches.relief = relief_of_texels;
+    if (!sides.front->levels.front().yarns()) cloth.patches.relief = relief_of_texels;
     cloth.transmitted_fraction = sides.lets_light_through() ? transmitted_by_thin_cloth : 0;
     for (const bool behind : {false, true}) {
       const ClothSide& side = cloth.seen_from(behind);
