@@ -1,0 +1,62 @@
+// A small cloth, the sampler, that has stitches of every kind of a large chart or draft, and a map that makes
+// the large cloth of them (format/fabric/yarn_map.h).
+//
+// A kind is a stitch with its 8 neighbours and the yarns that its row carries; a crossing with the sides of
+// its 8 neighbours and the yarns of three columns and rows.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "converter/stitch/knit.h"
+#include "converter/stitch/weave.h"
+#include "format/fabric/yarn_map.h"
+
+namespace selvedge {
+
+/// A periodic cloth as numbers.
+struct StitchGrid {
+  V2i size{0, 0};  ///< columns and rows
+  std::vector<std::uint8_t>
+      cells;                       ///< [row][column], the lowest row first: yarn, or whether the warp is over
+  std::vector<std::uint8_t> rows;  ///< a bit for each yarn of the row; of a weave, the kind of the weft
+  std::vector<std::uint8_t> columns;  ///< of a weave, the kind of the warp
+  bool is_woven = false;
+  std::size_t count() const { return cells.size(); }
+};
+
+/// Stitches shown by stitches with the same 8 neighbours; with the same 4, above, below and beside them; and
+/// with the same beside them alone (of a crossing: the sides of 4 and its own yarns).
+enum class KindMatch { eight, four, row };
+inline constexpr std::size_t kind_match_count = 3;
+
+struct Arrangement {
+  StitchGrid sampler;
+  YarnMap map;
+  int kind_count = 0;                            ///< of the cloth
+  int missing_kinds = 0;                         ///< of these, in the sampler
+  std::array<int, kind_match_count> stitches{};  ///< of the cloth, by KindMatch
+};
+
+/// How many stitches are made.
+struct KindLimit {
+  enum class By { size, stitches, exact, none } by = By::none;  ///< size: by the size of the chart
+  int stitches = 0;                                             ///< at most
+};
+
+/// Empty where stitches are not plain: all knit, or all purl, and knitted.
+std::optional<StitchGrid> grid_of(const KnitChart& chart);
+/// Empty where yarns are not evenly spaced, or of too many kinds.
+std::optional<StitchGrid> grid_of(const Weave& weave);
+
+/// Empty where fewer stitches than the cloth's do not serve: by size, where they are no quarter of it, or few
+/// stitches would be shown by 8 neighbours. Takes about a second; deterministic.
+std::optional<Arrangement> arrange(const StitchGrid& cloth, const KindLimit& limit);
+
+/// The stitches or crossings of a sampler in place of the cloth's.
+void take_sampler(const StitchGrid& sampler, KnitChart& chart);
+void take_sampler(const StitchGrid& cloth, const StitchGrid& sampler, Weave& weave);
+
+}  // namespace selvedge

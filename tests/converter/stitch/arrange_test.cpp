@@ -1,0 +1,121 @@
+#include "converter/stitch/arrange.h"
+
+#include <doctest/doctest.h>
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "converter/stitch/chart.h"
+#include "converter/stitch/text_cells.h"
+#include "converter/stitch/wif.h"
+#include "tests/require.h"
+#include "tests/shared_data.h"
+
+using namespace selvedge;
+
+namespace {
+
+constexpr KindLimit by_size{KindLimit::By::size};
+constexpr KindLimit exact{KindLimit::By::exact};
+constexpr KindLimit none{KindLimit::By::none};
+constexpr KindLimit at_most(int stitches) { return {KindLimit::By::stitches, stitches}; }
+
+struct CopiedCase {
+  const char* chart;  ///< in shared/data/charts
+  KindLimit limit;
+  int kinds = 0;         ///< 0: it is made whole
+  int max_stitches = 0;  ///< of the sampler
+  int others = 0;        ///< stitches that are not shown by 8 neighbours, at most
+};
+
+StitchGrid grid_in(const std::string& path) {
+  const std::string text = stitch_text_in(path);
+  return test::need(kind_of_text(text, path) == StitchText::draft
+                        ? grid_of(test::need(read_wif(text, path)).weave)
+                        : grid_of(test::need(read_chart(text, path)).knit));
+}
+
+/// The stitch at (x, y), and those beside, above and below it: 0 to 2; its yarns.
+std::vector<int> neighbourhood(const StitchGrid& grid, int x, int y, int reach) {
+  const auto at = [](int i, int n) { return (i + n) % n; };
+  std::vector<int> all{grid.rows[y], grid.columns[x]};
+  for (int dy = -1; dy <= 1; ++dy)
+    for (int dx = -1; dx <= 1; ++dx) {
+      if (reach == 2 || (reach == 1 && dx * dy == 0) || dy == 0)
+        all.push_back(grid.cells[at(y + dy, grid.size.y) * grid.size.x + at(x + dx, grid.size.x)]);
+      if (reach == 2 && grid.is_woven) {
+        all.push_back(grid.rows[at(y + dy, grid.size.y)]);
+        all.push_back(grid.columns[at(x + dx, grid.size.x)]);
+      }
+    }
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE("Samplers have the stitches of large charts and drafts, and yarns run on wherever they are shown") {
+  for (const auto& [chart, limit, kinds, max_stitches, others] :
+       {CopiedCase{"blobs-24x24.txt", exact, 73, 144, 0},
+        {"blobs-24x24.txt", by_size, 73, 144, 0},
+        {"blobs-24x24.txt", at_most(100), 73, 100, 40},
+        {"blobs-24x24.txt", none},
+        {"blobs-60x93.txt", by_size, 74, 160, 0},
+        {"blobs-60x80-3.txt", by_size, 237, 784, 20},
+        {"013.png", by_size},
+        {"043.png", exact, 209, 610, 0},
+        {"cactus-medium.png", by_size, 86, 220, 0},
+        {"draft-32.wif", by_size, 32, 64, 0},
+        {"draft-100-8-shafts.wif", by_size, 450, 1600, 400}}) {
+    CAPTURE(std::string(chart));
+    const std::string path = test::shared_data(std::string("charts/") + chart);
+    if (path.empty()) return;
+    const StitchGrid cloth = grid_in(path);
+    const auto found = arrange(cloth, limit);
+    CHECK(found.has_value() == (kinds > 0));
+    if (!found) continue;
+    const V2i n = found->sampler.size;
+    std::set<std::vector<int>> all;
+    std::set<std::vector<int>> kept;
+    int alike = 0;
+    int runs_on = 0;
+    for (int y = 0; y < n.y; ++y)
+      for (int x = 0; x < n.x; ++x) kept.insert(neighbourhood(found->sampler, x, y, 2));
+    for (int y = 0; y < cloth.size.y; ++y)
+      for (int x = 0; x < cloth.size.x; ++x) {
+        const int shown = found->map.shown[(cloth.size.y - 1 - y) * cloth.size.x + x];
+        const auto same = [&](int reach) {
+          return neighbourhood(cloth, x, y, reach) ==
+                 neighbourhood(found->sampler, shown % n.x, n.y - 1 - shown / n.x, reach);
+        };
+        all.insert(neighbourhood(cloth, x, y, 2));
+        alike += same(2) ? 1 : 0;
+        runs_on += same(cloth.is_woven ? 1 : 0) ? 1 : 0;
+      }
+    CHECK(runs_on == static_cast<int>(cloth.count()));
+    CHECK(alike == found->stitches[0]);
+    CHECK(found->stitches[0] + found->stitches[1] + found->stitches[2] == static_cast<int>(cloth.count()));
+    CHECK(static_cast<int>(cloth.count()) - alike <= others);
+    CHECK(n.x * n.y <= max_stitches);
+    CHECK(static_cast<int>(all.size()) == kinds);
+    CHECK(found->kind_count == kinds);
+    int missing = 0;
+    for (const auto& kind : all) missing += kept.contains(kind) ? 0 : 1;
+    CHECK(found->missing_kinds == missing);
+    CHECK(found->map.kinds == n);
+    CHECK(found->map.size == cloth.size);
+  }
+}
+
+TEST_CASE("Cloth of other stitches than plain ones, and of uneven yarns, has no sampler") {
+  KnitChart chart;
+  chart.rows.assign(8, std::vector(8, ChartStitch{}));
+  CHECK(grid_of(chart));
+  chart.rows[3][2].purl = true;
+  CHECK(!grid_of(chart));
+  Weave weave{
+      std::vector(4, Yarn{}), std::vector(4, Yarn{}), {1, 1, 1, 1}, {1, 1, 1, 1}, std::vector(16, true)};
+  CHECK(grid_of(weave));
+  weave.weft_spacing_mm[1] = 2;
+  CHECK(!grid_of(weave));
+}
