@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 #include <filesystem>
@@ -9,9 +10,12 @@
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
 #include "converter/make/recolour.h"
+#include "converter/stitch/chart.h"
+#include "converter/stitch/chart_stitches.h"
 #include "converter/stitch/text_fault.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
+#include "format/base/option_text.h"
 #include "format/base/progress.h"
 
 namespace selvedge {
@@ -272,8 +276,14 @@ Baked bake_cell(const MakeCommand& command) {
   cell_options.on_start = [&](const StitchSize& size) {
     if (options.stores_yarns || options.indirect == IndirectLight::lines)
       value_or_throw(check_room(size, command.input));
-    value_or_throw(set_texels(size.min_texels, size.repeats, command.has_texels, command.input,
-                              command.options.bake, options));
+    if (size.is_sampler) {
+      options.width = size.min_texels.x;
+      options.height = size.min_texels.y;
+      options.validation_pairs = options.held_out_pairs;
+    } else {
+      value_or_throw(set_texels(size.min_texels, size.repeats, command.has_texels, command.input,
+                                command.options.bake, options));
+    }
     if (!command.has_pair_rays) reduce_pair_samples(options);
     report_estimate(size, command);
   };
@@ -283,7 +293,7 @@ Baked bake_cell(const MakeCommand& command) {
     cell_options.progress = relaxation.callback();
     return value_or_throw(find_cell(command.input, cell_options));
   }();
-  if (cell.stitch)
+  if (cell.stitch && !cell.stitch->arranged)
     value_or_throw(set_texels(cell.stitch->min_texels, cell.stitch->repeats, command.has_texels,
                               command.input, command.options.bake, options));
   // The hue of yarn that scatters inside comes from many bounces.
@@ -427,12 +437,37 @@ void declare_make(Options& options, MakeCommand& command) {
           "A fabric of this stitch in other colours: gives it the new ones; all else must be as it was made")
       .reads()
       .advanced();
+  options.text(
+      "--kinds", "N|exact|none",
+      "Large charts and drafts of plain stitches: make at most N stitches, or one of each kind and what "
+      "is between, and a map of them; none: all of the repeat [by its size]",
+      [&command](const std::string& text) {
+        KindLimit& kinds = command.cell.kinds;
+        const auto count = parse_count(text, max_relaxed_stitches);
+        if (!count && text != "exact" && text != "none")
+          refuse("--kinds", fmt::format("\"{}\" is neither exact, none nor a count from 1 to {}", text,
+                                        max_relaxed_stitches));
+        kinds.stitches = count.value_or(0);
+        kinds.by = count             ? KindLimit::By::stitches
+                   : text == "exact" ? KindLimit::By::exact
+                                     : KindLimit::By::none;
+      });
   options.text("--list", command.list_path, "FILE", "Many fabrics, a line each: twill -o t.fabric.exr")
       .reads();
   options.number("--line", command.list_line, "N", "Make this line alone: a job of a job array")
       .in_range(1, 1e9);
   command.key.declare(options);
   options.add_check([&options, &command] {
+    // What needs a fabric without a map, which has its yarn and one texel for each stitch.
+    const std::vector<const char*> whole{"--texels", "--bytes", "--keep-samples", "--recolour"};
+    const bool is_whole =
+        !command.options.bake.stores_yarns || command.options.bake.indirect != IndirectLight::lines ||
+        std::ranges::any_of(whole, [&](const char* name) { return options.is_given(name); });
+    if (!options.is_given("--kinds") && !is_whole) command.cell.kinds.by = KindLimit::By::size;
+    if (command.cell.kinds.by != KindLimit::By::none && is_whole)
+      refuse("--kinds",
+             "needs yarn of standard or draft quality, without --texels, --bytes, --keep-samples and "
+             "--recolour");
     const bool many = !command.list_path.empty();
     if (many && options.is_given("input")) refuse("--list", "excludes a stitch");
     if (many)

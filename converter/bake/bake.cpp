@@ -78,8 +78,8 @@ YarnData lit_yarns(const YarnCell& cell, const BakeOptions& o, const SamplesHead
   }
   if (!compute_light_in_bands(yarns, header.period_mm, cell.wall_transmission, lines))
     report.remarks.emplace_back("yarn that absorbs next to nothing: some of its light may be missing");
-  auto stored = value_or_throw(
-      yarns_from_values(curve_values(yarns), indirect_values(yarns), header.yarns, header.period_mm));
+  auto stored = value_or_throw(yarns_from_values(curve_values(yarns), indirect_values(yarns), header.yarns,
+                                                 header.period_mm, yarns.map));
   if (header.both_sides)
     stored.light_through = light_from_values(indirect_values(yarns, true), header.yarns.stations);
   value_or_throw(validate(stored, header.period_mm));

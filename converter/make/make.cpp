@@ -9,6 +9,7 @@
 
 #include "converter/make/fallback_factors.h"
 #include "converter/make/pack_yarn.h"
+#include "converter/mesh/map_joints.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/textile.h"
 #include "fitter/budget/candidates.h"
@@ -129,7 +130,7 @@ Fabric fit_side(SideSamples samples, const MakeOptions& options, const Progress&
   // The text of a recipe takes no bytes from the levels.
   nlohmann::json provenance = provenance_json(samples.header.provenance);
   if (provenance.erase("recipe") > 0) samples.header.provenance = provenance.dump();
-  if (options.chooses_layers) return fit_layers(std::move(samples), options, progress);
+  if (options.chooses_layers || options.fit.has_map) return fit_layers(std::move(samples), options, progress);
   return value_or_throw(
       fit(samples.level, samples.header, options.fit, progress, samples.pairs[index_of(PairKind::measured)]));
 }
@@ -207,9 +208,11 @@ std::vector<Fabric> fit_whole(Samples& samples, const MakeOptions& options, std:
   return fits;
 }
 
-FitOutcome fit_sides(Samples& samples, const MakeOptions& options, const Progress& progress) {
+FitOutcome fit_sides(Samples& samples, MakeOptions options, const Progress& progress) {
   const Stopwatch watch;
   FitOutcome outcome;
+  const YarnMap map = samples.yarns.map;
+  options.fit.has_map = !map.empty();
   const std::size_t sides = samples.header.both_sides ? all_sides.size() : 1;
   const ProgressOfSide of_side = [&](std::size_t i) {
     return [&progress, i, sides](double fraction) {
@@ -217,6 +220,7 @@ FitOutcome fit_sides(Samples& samples, const MakeOptions& options, const Progres
     };
   };
   std::shared_ptr<const Yarns> yarns;
+  if (!map.empty()) join_light(samples.yarns, samples.header.period_mm);
   if (samples.header.yarns.curves > 0)
     yarns = std::make_shared<const Yarns>(packed_if_large(samples.yarns), samples.header.period_mm);
   std::vector<Fabric> fits;
@@ -229,6 +233,7 @@ FitOutcome fit_sides(Samples& samples, const MakeOptions& options, const Progres
                                      outcome.record));
   }
   Fabric& fabric = outcome.fabric = joined(fits, yarns);
+  if (yarns) fabric.period_mm = yarns->repeat();
   nlohmann::json provenance = provenance_json(fabric.provenance);
   const nlohmann::json source = provenance_json(samples.header.provenance);
   for (const auto& [name, member] :
@@ -359,6 +364,12 @@ Result<nlohmann::ordered_json> sheet_of(const FoundStitch& stitch, const YarnDat
     sheet["plainCoursesPerCentimetre"] = short_number(10 / stitch.plain_mm.y);
     sheet["tightness"] = short_number(numbers->tightness);
     sheet["stitchesPerSquareCentimetre"] = short_number(stitch.stitch_count * 100 / (period.x * period.y));
+  }
+  if (const auto& arranged = stitch.arranged) {
+    const V2i& made = arranged->map.kinds;
+    sheet["kinds"] = {{"stitches", {made.x, made.y}},       {"count", arranged->kind_count},
+                      {"missing", arranged->missing_kinds}, {"shownBy8", arranged->stitches[0]},
+                      {"shownBy4", arranged->stitches[1]},  {"shownByRow", arranged->stitches[2]}};
   }
   return sheet;
 }

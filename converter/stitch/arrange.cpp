@@ -1,6 +1,7 @@
 #include "converter/stitch/arrange.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <map>
 #include <tuple>
@@ -384,24 +385,24 @@ std::optional<StitchGrid> grid_of(const Weave& weave) {
 
 std::optional<Arrangement> arrange(const StitchGrid& cloth, const KindLimit& limit) {
   using By = KindLimit::By;
-  constexpr int few = 64;  // stitches of the smallest sampler
-  constexpr int usual_stitches = 784;
+  constexpr int few = 64;                // stitches of the smallest sampler
+  constexpr int whole_stitches = 800;    // that are made whole
+  constexpr int usual_stitches = 784;    // made for others: as in the cloth, most have like ones around them
   constexpr int usual_crossings = 1600;  // of less yarn
-  constexpr double min_saved = 4;        // times as few stitches as the cloth has
-  constexpr int dear = 2048;             // stitches that are worth less alike ones
-  constexpr double usual_match = 0.98;
   constexpr int rounds = 100'000;
   const int count = static_cast<int>(cloth.count());
   const bool is_usual = limit.by == By::size;
-  if (limit.by == By::none || std::min(cloth.size.x, cloth.size.y) < 3) return std::nullopt;
+  if (is_usual && count <= whole_stitches) return std::nullopt;
+  if (limit.by == By::none || std::min(cloth.size.x, cloth.size.y) < 3 || count > max_map_stitches)
+    return std::nullopt;
   const Kinds kinds(cloth);
   const int kind_count = static_cast<int>(kinds.levels[0].counts.size());
   const int max_stitches = limit.by == By::stitches ? limit.stitches
-                           : is_usual               ? std::min(static_cast<int>(count / min_saved),
-                                                 cloth.is_woven ? usual_crossings : usual_stitches)
-                                                    : std::min(count - 1, max_stitch_kinds);
+                           : is_usual ? std::min(count / 2, cloth.is_woven ? usual_crossings : usual_stitches)
+                                      : std::min(count - 1, max_stitch_kinds);
   std::optional<Arrangement> best;
-  for (double area = std::max<double>(few, 1.5 * kind_count);; area *= 1.3) {
+  for (double area = limit.by == By::exact ? std::max<double>(few, 1.5 * kind_count) : max_stitches;;
+       area *= 1.3) {
     area = std::min<double>(area, max_stitches);
     V2i size(std::clamp(static_cast<int>(std::sqrt(area)), 3, cloth.size.x), 3);
     size.y = std::clamp(static_cast<int>(area / size.x), 3, cloth.size.y);
@@ -413,11 +414,26 @@ std::optional<Arrangement> arrange(const StitchGrid& cloth, const KindLimit& lim
     if (area >= max_stitches || search.missing(KindMatch::eight) == 0) break;
   }
   if (best) show_kinds(cloth, *best);
-  if (best && is_usual && count < dear && best->stitches[0] < usual_match * count) return std::nullopt;
   return best;
 }
 
+double colour_changes(const StitchGrid& grid) {
+  double changes = 0;
+  for (int y = 0; y < grid.size.y; ++y)
+    for (int x = 0; x < grid.size.x; ++x)
+      changes += grid.cells[index_at(grid, x, y)] != grid.cells[index_at(grid, x + 1, y)] ? 1 : 0;
+  return changes / static_cast<double>(grid.count());
+}
+
+std::vector<int> yarns_of_rows(const StitchGrid& grid) {
+  std::vector<int> counts;
+  if (grid.is_woven) return counts;
+  for (const std::uint8_t row : grid.rows) counts.push_back(std::popcount(row));
+  return counts;
+}
+
 void take_sampler(const StitchGrid& sampler, KnitChart& chart) {
+  chart.max_float = 0;  // what catches them depends on more than neighbours
   ChartStitch stitch = chart.rows.front().front();
   chart.rows.assign(sampler.size.y, {});
   for (std::size_t i = 0; i < sampler.count(); ++i) {

@@ -42,8 +42,13 @@ struct Arrangement {
 
 /// How many stitches are made.
 struct KindLimit {
-  enum class By { size, stitches, exact, none } by = By::none;  ///< size: by the size of the chart
-  int stitches = 0;                                             ///< at most
+  enum class By {
+    size,
+    stitches,
+    exact,
+    none
+  } by = By::none;   ///< size: half of large cloth, at most 784 stitches or 1600 crossings
+  int stitches = 0;  ///< at most
 };
 
 /// Empty where stitches are not plain: all knit, or all purl, and knitted.
@@ -51,9 +56,14 @@ std::optional<StitchGrid> grid_of(const KnitChart& chart);
 /// Empty where yarns are not evenly spaced, or of too many kinds.
 std::optional<StitchGrid> grid_of(const Weave& weave);
 
-/// Empty where fewer stitches than the cloth's do not serve: by size, where they are no quarter of it, or few
-/// stitches would be shown by 8 neighbours. Takes about a second; deterministic.
+/// Empty where fewer stitches than the cloth's do not serve; by size, of up to 800. Takes about a second;
+/// deterministic.
 std::optional<Arrangement> arrange(const StitchGrid& cloth, const KindLimit& limit);
+
+/// Stitches of another colour than the next one in their row, as a fraction of all.
+double colour_changes(const StitchGrid& grid);
+/// Yarns that each row of a knit carries, the lowest first; empty of a weave.
+std::vector<int> yarns_of_rows(const StitchGrid& grid);
 
 /// The stitches or crossings of a sampler in place of the cloth's.
 void take_sampler(const StitchGrid& sampler, KnitChart& chart);

@@ -29,7 +29,7 @@ std::vector<StitchParameter> blocking_parameters(const V2d& period_mm) {
     parameters.push_back({names[k],
                           {period_mm[k]},
                           min_stitch_mm,
-                          max_chart_stitches * max_stitch_mm,
+                          max_relaxed_stitches * max_stitch_mm,
                           "of the repeat, which is blocked, as on a board; not set, it is free"});
   return parameters;
 }

@@ -20,10 +20,12 @@
 namespace selvedge {
 
 /// Largest text that is read, bytes.
-constexpr std::size_t max_chart_bytes = 1U << 20U;
+constexpr std::size_t max_chart_bytes = 1U << 22U;
 
-/// Limits of a chart: stitches of all rows, yarns, yarns of one row.
-constexpr std::size_t max_chart_stitches = 1U << 14U;
+/// Limits of a chart: stitches of all rows, and of those that are relaxed as they are (or crossings); yarns,
+/// yarns of one row.
+constexpr std::size_t max_chart_stitches = 1U << 20U;
+constexpr std::size_t max_relaxed_stitches = 1U << 14U;
 constexpr std::size_t max_chart_yarns = 8;
 constexpr std::size_t max_row_yarns = 4;
 /// Stitches that a yarn may pass without a remark: knitters catch longer floats.

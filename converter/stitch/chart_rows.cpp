@@ -366,9 +366,7 @@ class Reader {
     }
     const bool repeats = other->loops_per_repeat > 0;
     if (!repeats) period = other->fixed_loops;
-    if (period * rows_.size() > max_chart_stitches)
-      refuse_line(line_, fmt::format("more than {} stitches in all rows: {}", max_chart_stitches,
-                                     cut_to_repeat_advice));
+    if (period * rows_.size() > max_chart_stitches) refuse_size();
     edge = repeats ? edge : 0;
     int width = 2 * edge + period;
     int step = repeats ? 1 : 0;
@@ -379,6 +377,8 @@ class Reader {
                                           other->taken_stitches_text()));
       step = std::lcm(step, row.loops_per_repeat);
     }
+    // Edges are read as often as rows are.
+    if (width * rows_.size() > 4 * max_chart_stitches) refuse_size();
     std::vector<ReadRow> read;
     std::vector<ChartStitch> below;
     for (const auto& [number, row] : rows_) {
@@ -421,6 +421,11 @@ class Reader {
   }
 
  private:
+  [[noreturn]] void refuse_size() const {
+    refuse_line(line_, fmt::format("more than {} stitches in all rows: {}", max_chart_stitches,
+                                   cut_to_repeat_advice));
+  }
+
   /// "Repeat rows 3-6": takes it from the end of the row, or, where that has no stitch, the rows that it is
   /// as.
   std::vector<int> take_repeat() {
@@ -454,6 +459,8 @@ class Reader {
       row.yarns.insert(row.yarns.end(), std::min<std::size_t>(count, max_chart_stitches), yarn);
       if (row.yarns.size() > max_chart_stitches) break;
     }
+    yarn_count_ += row.yarns.size();
+    if (yarn_count_ > max_chart_stitches) refuse_size();
     body.resize(begin);
     const bool states_yarn = !body.empty();
     if (states_yarn) {
@@ -534,6 +541,7 @@ class Reader {
   std::vector<WrittenRow> every_second_;
   std::pair<int, int> repeated_{0, 0};
   std::optional<RowKey> key_;  ///< of the row that is read
+  std::size_t yarn_count_ = 0;
   Tokens body_;
   int line_ = 0;
   std::size_t yarn_ = 0;  ///< in the hand

@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 
+#include "converter/mesh/map_joints.h"
 #include "converter/stitch/blocking.h"
 #include "converter/stitch/text_fault.h"
 #include "converter/stitch/wif.h"
@@ -58,11 +59,13 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
       if (std::ranges::find(info.parameters, "width_mm", &StitchParameter::name) == info.parameters.end())
         return refuse("is for knits and meshes");
     }
-    cell.stitch = value_or_throw(find_stitch(name_or_path, settings, options.on_start,
-                                             [&](const StitchPattern& drawn, RelaxOptions relaxation) {
-                                               relaxation.progress = options.progress;
-                                               return default_relaxer(drawn, relaxation);
-                                             }));
+    cell.stitch = value_or_throw(find_stitch(
+        name_or_path, settings, options.on_start,
+        [&](const StitchPattern& drawn, RelaxOptions relaxation) {
+          relaxation.progress = options.progress;
+          return default_relaxer(drawn, relaxation);
+        },
+        options.kinds));
     MeshOptions mesh_options = options.mesh;
     mesh_options.repeats = cell.stitch->repeats;
     const StitchPattern& pattern = cell.stitch->pattern;
@@ -71,8 +74,13 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
       cell.mesh = value_or_throw(
           with_file_name(name_or_path, [&] { return value_or_throw(mesh_stitch(pattern, mesh_options)); }));
     else if (options.form == StitchForm::yarn)
-      cell.yarn =
-          value_or_throw(with_file_name(name_or_path, [&] { return value_or_throw(yarn_cell_of(pattern)); }));
+      cell.yarn = value_or_throw(with_file_name(name_or_path, [&] {
+        YarnCell yarn = value_or_throw(yarn_cell_of(pattern));
+        if (const auto& arranged = cell.stitch->arranged)
+          value_or_throw(
+              set_map(yarn, arranged->map, yarns_of_rows(arranged->sampler), cell.stitch->part_begins));
+        return yarn;
+      }));
     cell.remarks = cell.stitch->remarks;
     if (options.form == StitchForm::surface && hides_plies(pattern, mesh_options))
       cell.remarks.emplace_back("so many plies have no room in a mesh: its yarns are drawn whole");

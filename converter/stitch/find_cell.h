@@ -23,6 +23,7 @@ struct CellOptions {
   StartCallback on_start = {};  ///< called before the yarns of a chart or draft are laid
   Progress progress = {};       ///< of relaxation
   StitchForm form = StitchForm::mesh;
+  KindLimit kinds = {};  ///< of StitchForm::yarn: how much of a chart or draft is made
 };
 
 struct Cell {

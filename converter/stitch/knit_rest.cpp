@@ -156,10 +156,11 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
               .float_factor = begin.x,
               .max_steps = options.is_rough ? rough_steps : free_steps});
   RelaxResult result;
-  const bool is_free = options.blocked_mm == V2d(0) && !options.is_rough;
+  const bool is_free = options.blocked_mm == V2d(0) && !options.is_rough && options.free_part == 1;
   if (is_free) cloth.find_lean(free_steps);
   const V2d free = cloth.period() * gauge / plain.period();
   V2d period = free;
+  if (options.free_part < 1) period = pattern.period_mm + (free - pattern.period_mm) * options.free_part;
   result.free_lean = cloth.lean() * free.x / free.y * cloth.period().y / cloth.period().x;
   std::size_t loops = 0;
   for (const auto& parts : options.parts) loops += parts.size();

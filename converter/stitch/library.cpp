@@ -12,6 +12,7 @@
 
 #include "converter/stitch/blocking.h"
 #include "converter/stitch/chart.h"
+#include "converter/stitch/chart_stitches.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/implicit_surface.h"
@@ -21,6 +22,7 @@
 #include "converter/stitch/weave.h"
 #include "converter/stitch/wif.h"
 #include "converter/stitch/yarn_mesh.h"
+#include "converter/stitch/yarn_plies.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
 #include "format/fabric/yarn_hairs.h"
@@ -36,6 +38,7 @@ struct BuiltIn {
   int stitch_count = 0;     ///< of a knit, in a repeat
   int wales = 0;            ///< the same
   bool blocked = false;     ///< KnitChart::blocked
+  double free_part = 1;     ///< RelaxOptions::free_part
   std::size_t warps = 0;    ///< of a weave: its first yarns, wefts are behind them; of a knit 0
   StitchSettings settings;  ///< of its chart, where a user sets no others
 };
@@ -359,7 +362,7 @@ void tell_lean(const RelaxResult& rested, FoundStitch& found) {
 
 /// Tells the size of a chart or draft of `cells` each way, whose repeats are still to be laid.
 void tell_size(const StitchValues& values, const V2i& cells, const V2i& min_texels, bool woven,
-               const DrawnKnit& drawn, const StartCallback& start) {
+               const DrawnKnit& drawn, const StartCallback& start, bool is_sampler) {
   if (!start) return;
   const auto repeats = static_cast<int>(values.number("repeats"));
   double radii = 0;
@@ -373,7 +376,7 @@ void tell_size(const StitchValues& values, const V2i& cells, const V2i& min_texe
     radii += yarn.plies * length / yarn.radius_mm;
   }
   start({cells.x * cells.y * repeats * repeats, woven, min_texels * repeats, repeats,
-         radii * repeats * repeats});
+         radii * repeats * repeats, is_sampler});
 }
 
 RelaxOptions relax_options(const StitchValues& values, bool woven, bool thins) {
@@ -384,6 +387,22 @@ RelaxOptions relax_options(const StitchValues& values, bool woven, bool thins) {
           .max_thickness_radii = woven ? woven_thickness : 0,
           .in_plane_restoring = woven ? woven_hold : 0,
           .may_thin = thins};
+}
+
+std::vector<std::vector<double>> part_begins_of(const StitchPattern& pattern,
+                                                const std::vector<std::vector<KnitPart>>& parts) {
+  std::vector<std::vector<double>> begins;
+  for (std::size_t y = 0; y < parts.size(); ++y) {
+    auto segment = pattern.yarns[y].segments.begin();
+    double length = 0;
+    std::vector<double>& own = begins.emplace_back();
+    for (const KnitPart& part : parts[y]) {
+      own.push_back(length);
+      for (std::size_t k = 0; k < part.segments; ++k) length += polygon_length(*segment++);
+    }
+    for (double& begin : own) begin /= length;
+  }
+  return begins;
 }
 
 /// `tell`: called with the values and the yarns as drawn, before they come to rest.
@@ -410,6 +429,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
   options.parts = std::move(knit.parts);
   if (!woven) options.gauge_mm = {values.number("wale_mm"), values.number("course_mm")};
   if (stitch.blocked) options.blocked_mm = drawn.period_mm;
+  options.free_part = stitch.free_part;
   RelaxResult result = woven ? relaxer(drawn, options)
                              : rest_blocked(stitch.info.name, values, drawn, std::move(options), relaxer);
   // Soft yarn of a knit gives way before it is refused.
@@ -424,6 +444,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
     apply_woven_settings(values, stitch.warps, found.pattern);
   } else {
     found.plain_mm = {values.number("wale_mm"), values.number("course_mm")};
+    found.part_begins = part_begins_of(found.pattern, result.parts);
     found.steps_to_rest = result.steps;
     found.rest_residual = result.residual;
     tell_lean(result, found);
@@ -456,18 +477,88 @@ BuiltIn stitch_of(ChartText& chart, const std::string& path) {
   return stitch;
 }
 
-FoundStitch chart_in(const std::string& text, const std::string& path, const StitchSettings& settings,
-                     const StartCallback& start, const Relaxer& relaxer) {
+/// The arrangement of a chart or draft, if it is made of a sampler; refuses what cannot be.
+std::optional<Arrangement> arranged(const std::optional<StitchGrid>& grid, std::size_t stitches,
+                                    const KindLimit& kinds, const StitchSettings& settings,
+                                    const std::string& path) {
+  const bool is_asked = kinds.by == KindLimit::By::stitches || kinds.by == KindLimit::By::exact;
+  const bool repeats = settings.contains("repeats");
+  const auto refuse = [&](std::string why) {
+    throw Failure{{Code::option_out_of_range, path, "--kinds", std::move(why)}};
+  };
+  if (is_asked && !grid) refuse("is for plain stitches, all knit or all purl, and for evenly spaced yarns");
+  if (is_asked && repeats) refuse("excludes repeats");
+  std::optional<Arrangement> found;
+  if (grid && !repeats) found = arrange(*grid, kinds);
+  if (!found && kinds.by == KindLimit::By::stitches && stitches > static_cast<std::size_t>(kinds.stitches))
+    refuse(fmt::format("{} stitches are too few for its yarns to run on", kinds.stitches));
+  if (!found && stitches > max_relaxed_stitches)
+    throw Failure{{Code::stitch_invalid, path, "",
+                   fmt::format("{} stitches, of more than {} only plain ones are made: {}", stitches,
+                               max_relaxed_stitches, cut_to_repeat_advice)}};
+  return found;
+}
+
+std::string remark_on(const Arrangement& arranged) {
+  const auto& [eight, four, row] = arranged.stitches;
+  return fmt::format(
+      "{} x {} stitches of {} kinds by 8 neighbours are a map of {} x {} that are made: it shows {} by "
+      "8 neighbours, {} by 4, {} by their row, and catches no floats",
+      arranged.map.size.x, arranged.map.size.y, arranged.kind_count, arranged.map.kinds.x,
+      arranged.map.kinds.y, eight, four, row);
+}
+
+/// Makes plies turn on by whole ones over each stitch of a sampler, so that they run on where it is shown.
+void turn_by_stitch(const StitchGrid& sampler, FoundStitch& found) {
+  std::size_t next = 0;
+  const auto turn = [&](int loops, int floats) {
+    Yarn& yarn = found.pattern.yarns[next++];
+    if (yarn.plies == 1) return;
+    const double length = frames_of(yarn, 0.5 * yarn.radius_mm).stations.back().arc_length;
+    const double loop = (length - floats * found.pattern.period_mm.x / sampler.size.x) / loops;
+    yarn.twist_per_mm = std::round(yarn.twist_per_mm * loop * yarn.plies) / (loop * yarn.plies);
+  };
+  for (int x = 0; x < sampler.size.x && sampler.is_woven; ++x) turn(sampler.size.y, 0);
+  for (int y = 0; y < sampler.size.y; ++y) {
+    const auto row = sampler.cells.begin() + std::ptrdiff_t{1} * y * sampler.size.x;
+    if (sampler.is_woven) turn(sampler.size.x, 0);
+    for (unsigned yarn = 0; yarn < max_chart_yarns && !sampler.is_woven; ++yarn)
+      if (const auto loops = static_cast<int>(std::count(row, row + sampler.size.x, yarn)); loops > 0)
+        turn(loops, sampler.size.x - loops);
+  }
+}
+
+FoundStitch chart_in(const std::string& text, const std::string& path, StitchSettings settings,
+                     const StartCallback& start, const Relaxer& relaxer, const KindLimit& kinds) {
   auto chart = value_or_throw(read_chart(text, path));
-  const BuiltIn stitch = stitch_of(chart, path);
+  const auto grid = grid_of(chart.knit);
+  auto arrangement =
+      arranged(grid, chart.knit.rows.size() * chart.knit.rows.front().size(), kinds, settings, path);
+  if (arrangement) {
+    take_sampler(arrangement->sampler, chart.knit);
+    settings.erase("float");
+    const V2d part = V2d(arrangement->map.kinds) / V2d(arrangement->map.size);
+    for (auto& [name, values] : settings)
+      if (name == "width_mm" || name == "height_mm") values.front() *= name == "width_mm" ? part.x : part.y;
+  }
+  BuiltIn stitch = stitch_of(chart, path);
+  // Cloth draws in where it changes colour, which a sampler does more often.
+  if (arrangement)
+    stitch.free_part =
+        std::min(0.999, colour_changes(*grid) / std::max(1e-3, colour_changes(arrangement->sampler)));
   const V2i cells(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size()));
-  const V2i texels(texels_along(cells.x, texels_per_stitch), texels_along(cells.y, texels_per_stitch));
+  V2i texels(texels_along(cells.x, texels_per_stitch), texels_along(cells.y, texels_per_stitch));
+  if (arrangement) texels = cells;
   auto found = value_or_throw(
       relaxed(stitch, settings, relaxer, [&](const StitchValues& values, const DrawnKnit& drawn) {
-        tell_size(values, cells, texels, false, drawn, start);
+        tell_size(values, cells, texels, false, drawn, start, arrangement.has_value());
       }));
+  if (arrangement) turn_by_stitch(arrangement->sampler, found);
   const int rows = found.stitch_count / (found.wales * found.repeats);  // of all that lean
-  found.min_texels = V2i(texels.x, texels_along(rows, texels_per_stitch)) * found.repeats;
+  if (!arrangement) found.min_texels = V2i(texels.x, texels_along(rows, texels_per_stitch)) * found.repeats;
+  if (arrangement) found.min_texels = cells;
+  if (arrangement) found.remarks.push_back(remark_on(*arrangement));
+  found.arranged = std::move(arrangement);
   found.remarks.insert(found.remarks.begin(), chart.remarks.begin(), chart.remarks.end());
   return found;
 }
@@ -500,11 +591,14 @@ Weave corner_of(const Weave& weave, std::size_t yarns) {
 }
 
 Result<FoundStitch> draft_in(const std::string& text, const std::string& path, const StitchSettings& settings,
-                             const StartCallback& start, const Relaxer& relaxer) {
+                             const StartCallback& start, const Relaxer& relaxer, const KindLimit& kinds) {
   auto draft = value_or_throw(read_wif(text, path));
+  const auto grid = grid_of(draft.weave);
+  auto arrangement = arranged(grid, draft.weave.warp_is_over.size(), kinds, settings, path);
+  if (arrangement) take_sampler(*grid, arrangement->sampler, draft.weave);
   const auto values = value_or_throw(StitchValues::create(path, draft_parameters(draft.weave), settings));
   FoundStitch found;
-  found.min_texels = texels_of(draft.weave);
+  found.min_texels = arrangement ? arrangement->map.kinds : texels_of(draft.weave);
   found.remarks = std::move(draft.remarks);
   const std::string name = draft.title.empty() ? stem_of(path) : draft.title;
   RelaxOptions options = relax_options(values, true, true);
@@ -516,7 +610,7 @@ Result<FoundStitch> draft_in(const std::string& text, const std::string& path, c
     }
   }
   tell_size(values, {static_cast<int>(draft.weave.warp.size()), static_cast<int>(draft.weave.weft.size())},
-            found.min_texels, true, {draw_weave(draft.weave, name)}, start);
+            found.min_texels, true, {draw_weave(draft.weave, name)}, start, arrangement.has_value());
   constexpr std::size_t finely_relaxed = 144;  // crossings
   options.is_rough = draft.weave.warp_is_over.size() > finely_relaxed;
   double thickness = 1;
@@ -538,6 +632,11 @@ Result<FoundStitch> draft_in(const std::string& text, const std::string& path, c
   set_seed(values, path, found.pattern);
   tell_thickness(thickness, found);
   lay_repeats(values, path, found);
+  if (arrangement) {
+    turn_by_stitch(arrangement->sampler, found);
+    found.remarks.push_back(remark_on(*arrangement));
+  }
+  found.arranged = std::move(arrangement);
   return found;
 }
 
@@ -567,14 +666,18 @@ const BuiltIn* built_in(const std::string& name) {
 }
 
 Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSettings& settings,
-                                 const StartCallback& start, const Relaxer& relaxer) {
-  if (const BuiltIn* stitch = built_in(name_or_path)) return relaxed(*stitch, settings, relaxer);
+                                 const StartCallback& start, const Relaxer& relaxer, const KindLimit& kinds) {
+  if (const BuiltIn* stitch = built_in(name_or_path)) {
+    (void)arranged({}, 0, kinds, settings, name_or_path);
+    return relaxed(*stitch, settings, relaxer);
+  }
   const std::string text = stitch_text_in(name_or_path);
   const StitchText kind = kind_of_text(text, name_or_path);
   FoundStitch found = kind == StitchText::draft
-                          ? value_or_throw(draft_in(text, name_or_path, settings, start, relaxer))
-                      : kind == StitchText::chart ? chart_in(text, name_or_path, settings, start, relaxer)
-                                                  : described_in(text, name_or_path, settings);
+                          ? value_or_throw(draft_in(text, name_or_path, settings, start, relaxer, kinds))
+                      : kind == StitchText::chart
+                          ? chart_in(text, name_or_path, settings, start, relaxer, kinds)
+                          : described_in(text, name_or_path, settings);
   found.file_text = text;
   return found;
 }
@@ -624,8 +727,8 @@ nlohmann::ordered_json to_json(const StitchInfo& info) {
 }
 
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings,
-                                const StartCallback& start, const Relaxer& relaxer) {
-  return catch_failure([&] { return stitch_named(name_or_path, settings, start, relaxer); });
+                                const StartCallback& start, const Relaxer& relaxer, const KindLimit& kinds) {
+  return catch_failure([&] { return stitch_named(name_or_path, settings, start, relaxer, kinds); });
 }
 
 Result<FoundStitch> find_stitch(const StitchEntry& entry, const StitchSettings& settings) {

@@ -3,9 +3,11 @@
 
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "converter/stitch/arrange.h"
 #include "converter/stitch/parameters.h"
 #include "converter/stitch/pattern.h"
 #include "converter/stitch/yarn_relax.h"
@@ -61,8 +63,11 @@ struct FoundStitch {
   V2d plain_mm{0, 0};             ///< of a knit: a stitch of plain knit of its yarn, the gauge
   int steps_to_rest = 0;          ///< of a knit: to its rest, and what the last ones freed (RelaxResult)
   double rest_residual = 0;
-  std::vector<std::string> remarks{};  ///< choices, omissions and faults, one line each
-  std::string file_text{};             ///< of its file; empty of a built-in stitch
+  std::vector<std::vector<double>>
+      part_begins{};                      ///< of a knit's yarns: fractions of their length (KnitPart)
+  std::optional<Arrangement> arranged{};  ///< the pattern is its sampler
+  std::vector<std::string> remarks{};     ///< choices, omissions and faults, one line each
+  std::string file_text{};                ///< of its file; empty of a built-in stitch
 };
 
 /// A chart or draft that has been read, before its yarns come to rest.
@@ -72,6 +77,7 @@ struct StitchSize {
   V2i min_texels{1, 1};  ///< as in FoundStitch
   int repeats = 1;
   double length_radii = 0;  ///< length of all plies, in radii of their yarns
+  bool is_sampler = false;  ///< of the stitches that a map shows: with one texel for each
 };
 /// May throw Failure, which refuses the stitch.
 using StartCallback = std::function<void(const StitchSize&)>;
@@ -79,9 +85,11 @@ using StartCallback = std::function<void(const StitchSize&)>;
 /// A built-in stitch by its name, or else the stitch description (.json), the weaving draft (.wif) or the
 /// knitting chart (.txt, or a picture, .png) in a file. Refuses other names (stitch_unknown), and settings
 /// that the stitch does not have, that are out of range, or whose yarns have no room at their gauge
-/// (option_out_of_range). `start` is called for charts and drafts.
+/// (option_out_of_range). `start` is called for charts and drafts, which `kinds` may make of a sampler;
+/// larger ones than max_relaxed_stitches are refused (stitch_invalid) without.
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings = {},
-                                const StartCallback& start = {}, const Relaxer& relaxer = default_relaxer);
+                                const StartCallback& start = {}, const Relaxer& relaxer = default_relaxer,
+                                const KindLimit& kinds = {});
 
 /// The stitch of an entry, as find_stitch() of its name would give it if it were in the table.
 Result<FoundStitch> find_stitch(const StitchEntry& entry, const StitchSettings& settings = {});

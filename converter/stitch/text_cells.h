@@ -28,7 +28,7 @@ std::string stitch_text_in(const std::string& path);
 nlohmann::ordered_json chart_or_draft_json(const std::string& path);
 
 /// Largest picture, pixels each way, and its colours.
-constexpr int max_picture_side = 256;
+constexpr int max_picture_side = 1024;
 constexpr int max_picture_colours = 6;
 /// Stitches that a yarn of a picture may pass before it is caught.
 constexpr int usual_float_stitches = 7;

@@ -557,9 +557,6 @@ WifDraft draft_of(std::string_view text, nlohmann::ordered_json& cells) {
       warp.yarns.size() % across + weft.yarns.size() % up > 0 ? ", the incomplete repeat at the end left out"
                                                               : ""));
   result.remarks.insert(result.remarks.end(), remarks.begin(), remarks.end());
-  if (across * up > max_wif_crossings)
-    refuse_text("", fmt::format("its smallest repeat has {} x {} yarns; at most {} crossings are made",
-                                across, up, max_wif_crossings));
   return result;
 }
 

@@ -15,10 +15,9 @@ namespace selvedge {
 /// Largest text that is read, bytes.
 constexpr std::size_t max_wif_bytes = 16U << 20U;
 
-/// Limits of a draft: yarns each way, crossings, and crossings of its smallest repeat.
+/// Limits of a draft: yarns each way, and crossings.
 constexpr int max_wif_threads = 16384;
 constexpr std::size_t max_wif_drawdown = 1U << 24U;
-constexpr std::size_t max_wif_crossings = 16384;
 
 struct WifDraft {
   std::string title;
@@ -36,7 +35,7 @@ bool is_wif(std::string_view text);
 
 /// Reads the smallest repeat of a draft: the fewest yarns each way that the whole draft repeats at least
 /// twice; an incomplete repeat at the end is dropped. Refuses (stitch_invalid, place: section and key) values
-/// that are missing, unreadable, out of range or contradictory, and repeats with too many crossings.
+/// that are missing, unreadable, out of range or contradictory.
 /// `cells` (text_cells.h): what could be read of the draft, also where it refuses.
 Result<WifDraft> read_wif(std::string_view text, const std::string& file,
                           nlohmann::ordered_json* cells = nullptr);

@@ -394,7 +394,10 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
     if (progress) progress(0.2);
     // Lobes are fitted to measured pairs, and products are not, so that nothing is known beforehand.
     std::size_t first = 0;
-    if (measured.pairs.empty()) {
+    if (options.has_map) {
+      fitter.levels_.resize(1);
+      first = levels;
+    } else if (measured.pairs.empty()) {
       Chosen chosen;
       for (std::size_t k = 0; k < levels; ++k) {
         fitter.add_estimate(k, pooled[k], header, options, pairs, truths[k]);

@@ -59,6 +59,7 @@ struct FitOptions {
   int lobes = 2;           ///< 0 to 16
   bool view_table = true;  ///< else T = 1 and the layer is left out
   DirectionTableOptions table{};
+  bool has_map = false;     ///< of LayerFitter: products of level 0 alone, whose texels a map shows (Fabric)
   int starts = 3;           ///< short searches per texel and channel; fit() makes more on small levels
   int finalists = 1;        ///< the best of them, which are continued to the end; likewise
   int max_iterations = 60;  ///< of a search

@@ -6,9 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "converter/mesh/map_joints.h"
 #include "converter/stitch/chart.h"
+#include "converter/stitch/find_cell.h"
 #include "converter/stitch/text_cells.h"
 #include "converter/stitch/wif.h"
+#include "format/base/random.h"
 #include "tests/require.h"
 #include "tests/shared_data.h"
 
@@ -52,20 +55,27 @@ std::vector<int> neighbourhood(const StitchGrid& grid, int x, int y, int reach) 
   return all;
 }
 
+/// Gives it light that differs from station to station.
+YarnData& lit_at_random(YarnData& yarns) {
+  for (int i = 0; i < counts_of(yarns).stations * light_values_per_station; ++i)
+    yarns.station_light.push_back(static_cast<float>(hash64(i) % 1000) / 1000);
+  return yarns;
+}
+
 }  // namespace
 
 TEST_CASE("Samplers have the stitches of large charts and drafts, and yarns run on wherever they are shown") {
   for (const auto& [chart, limit, kinds, max_stitches, others] :
        {CopiedCase{"blobs-24x24.txt", exact, 73, 144, 0},
-        {"blobs-24x24.txt", by_size, 73, 144, 0},
+        {"blobs-24x24.txt", by_size},
         {"blobs-24x24.txt", at_most(100), 73, 100, 40},
         {"blobs-24x24.txt", none},
-        {"blobs-60x93.txt", by_size, 74, 160, 0},
+        {"blobs-60x93.txt", by_size, 74, 784, 0},
         {"blobs-60x80-3.txt", by_size, 237, 784, 20},
         {"013.png", by_size},
         {"043.png", exact, 209, 610, 0},
-        {"cactus-medium.png", by_size, 86, 220, 0},
-        {"draft-32.wif", by_size, 32, 64, 0},
+        {"cactus-medium.png", exact, 86, 220, 0},
+        {"draft-32.wif", exact, 32, 64, 0},
         {"draft-100-8-shafts.wif", by_size, 450, 1600, 400}}) {
     CAPTURE(std::string(chart));
     const std::string path = test::shared_data(std::string("charts/") + chart);
@@ -104,6 +114,28 @@ TEST_CASE("Samplers have the stitches of large charts and drafts, and yarns run 
     CHECK(found->missing_kinds == missing);
     CHECK(found->map.kinds == n);
     CHECK(found->map.size == cloth.size);
+  }
+}
+
+TEST_CASE(
+    "Stitches end as those begin that a map shows behind them, in place, direction, section and light") {
+  for (const char* chart : {"blobs-24x24.txt", "draft-32.wif"}) {
+    CAPTURE(std::string(chart));
+    const std::string path = test::shared_data(std::string("charts/") + chart);
+    if (path.empty()) return;
+    CellOptions options;
+    options.form = StitchForm::yarn;
+    options.kinds = exact;
+    YarnCell cell = *test::need(find_cell(path, options)).yarn;
+    const V2f period(cell.period);
+    CHECK(validate(lit_at_random(cell.yarns), period).has_value());
+    const JointGaps gaps = joint_gaps(cell.yarns, period);
+    CHECK(gaps.place_radii < 0.001);
+    CHECK(gaps.degrees < 3);
+    CHECK(gaps.squeeze < 0.001);
+    CHECK(gaps.light > 0.2);
+    join_light(cell.yarns, period);
+    CHECK(joint_gaps(cell.yarns, period).light < 0.03);
   }
 }
 

@@ -185,9 +185,9 @@ TEST_CASE("rows and yarns that do not fit are refused with their line and word")
       {"1:", "line 1: the row has no stitch"},
       {"1: 4 k", "line 1: \"4\" counts nothing"},
       {std::string("wale_mm: 5\0x\n1: k", 17), "line 1: has a NUL byte"},
-      {"1: k 99999999999", "line 1: \"k 99999999999\" has no count from 1 to 16384"},
-      {"1: (k999) 20 times", "line 1: more than 16384 stitches in all rows: " + one},
-      {"1: k9000\n2: k9000", "line 2: more than 16384 stitches in all rows: " + one},
+      {"1: k 99999999999", "line 1: \"k 99999999999\" has no count from 1 to 1048576"},
+      {"1: (k999) 1200 times", "line 1: more than 1048576 stitches in all rows: " + one},
+      {"1: k900000\n2: k900000", "line 2: more than 1048576 stitches in all rows: " + one},
       {"1: k yo k", "line 1: row 1 takes 2 stitches and makes 3: " + counts},
       {"1: k6\n2: c6f\n",
        "line 2: stitches that move aside take 1.58 rows of the chart, there is room for 1.20"},
@@ -232,7 +232,7 @@ TEST_CASE("rows and yarns that do not fit are refused with their line and word")
       {"Row 1: sl 3 to cn, hold in front, p1, p3 from cn", "line 1: \"cn\" crosses no cable that is drawn: "},
       {"Row 1: k\nRow 2: continue in pattern", "line 2: \"continue\" does not say which rows: \"Rows 5-8: "},
       {"Row 1: (k2, p2", "line 1: a bracket is not closed"},
-      {"Row 1: K1000000", "line 1: \"K1000000\" has no count from 1 to 16384"},
+      {"Row 1: K2000000", "line 1: \"K2000000\" has no count from 1 to 1048576"},
       {std::string("Row 1: ") + std::string(99, '('), "line 1: \"(\" is in too many brackets"}};
   for (const auto& [text, why] : cases) {
     CAPTURE(text);
@@ -362,7 +362,7 @@ TEST_CASE("a picture is a chart: a pixel is a stitch, a colour a yarn, from the 
   CHECK(test::need(picture(3, 2, 1)) ==
         "float: 7\nyarn A: albedo=#ffffff\nyarn B: albedo=#0000ff\n2: k3 [B1 A2]\n1: k3 [A3]\n");
   CHECK(test::error_of(picture(20, 20, 200)).message.starts_with("201 colours, at most 6 can be yarns"));
-  CHECK(test::error_of(picture(300, 300, 1))
-            .message.starts_with("300 x 300 pixels, a chart has at most 256 x 256"));
+  CHECK(test::error_of(picture(1100, 20, 1))
+            .message.starts_with("1100 x 20 pixels, a chart has at most 1024 x 1024"));
   CHECK(test::error_of(picture(2, 2, 1, 0.5F)).message.starts_with("4 pixels are not opaque"));
 }
