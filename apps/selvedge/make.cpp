@@ -463,7 +463,8 @@ void declare_make(Options& options, MakeCommand& command) {
     const bool is_whole =
         !command.options.bake.stores_yarns || command.options.bake.indirect != IndirectLight::lines ||
         std::ranges::any_of(whole, [&](const char* name) { return options.is_given(name); });
-    if (!options.is_given("--kinds") && !is_whole) command.cell.kinds.by = KindLimit::By::size;
+    if (!options.is_given("--kinds") && !is_whole)
+      command.cell.kinds = {KindLimit::By::size, command.quality == "draft" ? 100 : 0};
     if (command.cell.kinds.by != KindLimit::By::none && is_whole)
       refuse("--kinds",
              "needs yarn of standard or draft quality, without --texels, --bytes, --keep-samples and "

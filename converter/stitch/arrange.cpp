@@ -392,14 +392,16 @@ std::optional<Arrangement> arrange(const StitchGrid& cloth, const KindLimit& lim
   constexpr int rounds = 100'000;
   const int count = static_cast<int>(cloth.count());
   const bool is_usual = limit.by == By::size;
-  if (is_usual && count <= whole_stitches) return std::nullopt;
+  const int few_usual = limit.stitches * (cloth.is_woven ? 2 : 1);
+  if (is_usual && count <= (few_usual > 0 ? few_usual : whole_stitches)) return std::nullopt;
   if (limit.by == By::none || std::min(cloth.size.x, cloth.size.y) < 3 || count > max_map_stitches)
     return std::nullopt;
   const Kinds kinds(cloth);
   const int kind_count = static_cast<int>(kinds.levels[0].counts.size());
+  const int usual = few_usual > 0 ? few_usual : cloth.is_woven ? usual_crossings : usual_stitches;
   const int max_stitches = limit.by == By::stitches ? limit.stitches
-                           : is_usual ? std::min(count / 2, cloth.is_woven ? usual_crossings : usual_stitches)
-                                      : std::min(count - 1, max_stitch_kinds);
+                           : is_usual               ? std::min(count / 2, usual)
+                                                    : std::min(count - 1, max_stitch_kinds);
   std::optional<Arrangement> best;
   for (double area = limit.by == By::exact ? std::max<double>(few, 1.5 * kind_count) : max_stitches;;
        area *= 1.3) {

@@ -40,15 +40,11 @@ struct Arrangement {
   std::array<int, kind_match_count> stitches{};  ///< of the cloth, by KindMatch
 };
 
-/// How many stitches are made.
+/// How many stitches are made: by the size of the cloth (all of up to 800; of more half, at most 784, or
+/// 1,600 crossings), a number at most, as few as all kinds need, or all.
 struct KindLimit {
-  enum class By {
-    size,
-    stitches,
-    exact,
-    none
-  } by = By::none;   ///< size: half of large cloth, at most 784 stitches or 1600 crossings
-  int stitches = 0;  ///< at most
+  enum class By { size, stitches, exact, none } by = By::none;
+  int stitches = 0;  ///< by size: in place of 800 and 784, and half of the crossings; 0: these
 };
 
 /// Empty where stitches are not plain: all knit, or all purl, and knitted.
@@ -56,8 +52,7 @@ std::optional<StitchGrid> grid_of(const KnitChart& chart);
 /// Empty where yarns are not evenly spaced, or of too many kinds.
 std::optional<StitchGrid> grid_of(const Weave& weave);
 
-/// Empty where fewer stitches than the cloth's do not serve; by size, of up to 800. Takes about a second;
-/// deterministic.
+/// Empty where fewer stitches than the cloth's do not serve. Takes about a second; deterministic.
 std::optional<Arrangement> arrange(const StitchGrid& cloth, const KindLimit& limit);
 
 /// Stitches of another colour than the next one in their row, as a fraction of all.

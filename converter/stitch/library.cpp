@@ -502,10 +502,10 @@ std::optional<Arrangement> arranged(const std::optional<StitchGrid>& grid, std::
 std::string remark_on(const Arrangement& arranged) {
   const auto& [eight, four, row] = arranged.stitches;
   return fmt::format(
-      "{} x {} stitches of {} kinds by 8 neighbours are a map of {} x {} that are made: it shows {} by "
-      "8 neighbours, {} by 4, {} by their row, and catches no floats",
-      arranged.map.size.x, arranged.map.size.y, arranged.kind_count, arranged.map.kinds.x,
-      arranged.map.kinds.y, eight, four, row);
+      "{} x {} stitches are made, of {} x {} of {} kinds: {} are shown by 8 neighbours, {} by 4, {} by their "
+      "row{}",
+      arranged.map.kinds.x, arranged.map.kinds.y, arranged.map.size.x, arranged.map.size.y,
+      arranged.kind_count, eight, four, row, arranged.sampler.is_woven ? "" : "; floats are not caught");
 }
 
 /// Makes plies turn on by whole ones over each stitch of a sampler, so that they run on where it is shown.
