@@ -17,7 +17,7 @@ constexpr std::size_t segments_of_large_cell = 65536;
 /// Where a pixel would show more pieces of hairs of a large cell, one hair stands for several, as much
 /// thicker. The pixel is the smallest one that shows a level of detail, whose pieces are so many pixels long
 /// at most.
-constexpr float max_hair_pieces_per_pixel = 16;
+constexpr float max_hair_pieces_per_pixel = 4;
 constexpr float longest_piece_pixels = 1.5F;
 constexpr float hairs_of_place = 128;  ///< hairs of large cells are in the order of places
 

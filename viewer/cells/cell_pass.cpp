@@ -94,7 +94,8 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, std::sp
                      const ProjectedVertices& projected) {
   active_ = shows && !store_.patches().empty();
   if (!active_) return;
-  has_parts_ = view.options.blocks != nullptr;
+  // Images that later frames show again are whole.
+  has_parts_ = view.options.blocks != nullptr || !view.options.cells.is_moving;
   if (has_parts_) seen_parts_.resize(seen_patches_.size());
   lights_ = {view.options.lights, shadows, view.options.smooth_light ? &*view.options.smooth_light : nullptr,
              view.vertex_lights, scene_.origin};

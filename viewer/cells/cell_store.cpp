@@ -30,6 +30,7 @@ constexpr double max_missing = 2.5e5;
 constexpr double cost_of_image = 1500;  ///< besides the cost of its samples
 /// Coarse shading saves little of smaller images.
 constexpr int many_samples = 96 * 96;
+constexpr float samples_of_large_cell = 1.5F;  ///< factor on those along a pixel's side, of pictures at rest
 
 /// CellLights::brightness(): yarn stands out of the cloth.
 constexpr float transmitted_by_yarn = 0.15F;
@@ -136,7 +137,6 @@ std::shared_ptr<std::vector<CellStore::Cloth>> CellStore::cloths_of(std::span<co
     Cloth& cloth = cloths->emplace_back();
     cloth.front = std::make_unique<ClothSide>(*sides.front);
     if (sides.back_fabric) cloth.back = std::make_unique<ClothSide>(*sides.back_fabric);
-    if (!sides.front->levels.front().yarns()) cloth.patches.relief = relief_of_texels;
     cloth.transmitted_fraction = sides.lets_light_through() ? transmitted_by_thin_cloth : 0;
     for (const bool behind : {false, true}) {
       const ClothSide& side = cloth.seen_from(behind);
@@ -144,11 +144,12 @@ std::shared_ptr<std::vector<CellStore::Cloth>> CellStore::cloths_of(std::span<co
       const Yarns& yarns = side.yarn->yarns();
       const float plane = side.yarn->reference_height();
       const float most = std::max(yarns.geometry().max_z - plane, plane - yarns.geometry().min_z);
-      cloth.patches = {std::max(cloth.patches.relief, most / std::min(yarns.tile().x, yarns.tile().y)),
+      cloth.patches = {std::max(cloth.patches.relief, most / std::max(yarns.tile().x, yarns.tile().y)),
                        V2f(yarns.tiles_per_repeat()), !yarns.data().map.empty()};
       cloth.transmitted_fraction = transmitted_by_yarn;
       cloth.has_yarn = true;
     }
+    if (!cloth.has_yarn) cloth.patches.relief = relief_of_texels;
   }
   return cloths;
 }
@@ -253,6 +254,8 @@ void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
   const V2f finest = wanted.pixel_width_texels * std::min(levels_.footprint_pixels, 1.0F);
   CellLevels& levels = wanted.view.levels = shown_levels(*wanted.fabric, finest, levels_.forced_level);
   if (levels.yarn_weight > 0) {
+    // Of images with so many pieces, further samples cost little.
+    if (wanted.source.yarn->has_large_cell() && !options_.is_moving) samples *= samples_of_large_cell;
     wanted.view.size =
         cell_size(shown * larger, samples, wanted.shows_map ? options_.max_tile_samples : max_cell_samples);
   } else {

@@ -44,7 +44,7 @@ struct ShownPatch {
 
 /// What patches need to know of a fabric.
 struct PatchFabric {
-  float relief = 0;          ///< distance from the plane of the cloth of what it shows, repeats
+  float relief = 0;  ///< distance from the plane of the cloth of what it shows, longer sides of a repeat
   V2f repeats_per_uv{1, 1};  ///< of images: tiles of a map (Yarns::tile()) count as repeats here
   bool has_map = false;      ///< all patches are small parts of a tile
 };

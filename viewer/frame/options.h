@@ -58,7 +58,7 @@ struct PatchLimits {
   /// That offset times the pixels of the patch's longer side up to which it stays whole in any case: an image
   /// costs its margin and its setting-up, too. With more than two rays along a pixel's side less, in
   /// proportion.
-  float max_offset_area = 40;
+  float max_offset_area = 50;
 };
 
 /// How cell images are made and kept (viewer/cells). The defaults are for pictures at rest.

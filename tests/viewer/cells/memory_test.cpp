@@ -25,7 +25,7 @@ TEST_CASE("cell images without room are coarser, alike for any number of threads
   };
   for (const Case& example : {Case{"yarn", yarn, {24, 12}, {}, 100'000, 28},
                               Case{"yarn that moves", yarn, {24, 12}, moving_cell_images, 100'000, 25},
-                              Case{"bands that share patches", yarn, {8, 4}, {}, 400'000, 28, 8},
+                              Case{"bands that share patches", yarn, {8, 4}, {}, 200'000, 28, 8},
                               Case{"patches share images", yarn, {120, 60}, {}, 200'000, 40},
                               Case{"texels", test::random_fabric(64, 64, 3), {24, 12}, {}, 200'000, 22}}) {
     INFO(example.name);
