@@ -11,6 +11,9 @@ namespace {
 
 /// Largest turn along a piece of a ply, 14 degrees: beyond that the splatter's joints leave gaps in bends.
 constexpr float min_turn_cosine = 0.970F;
+/// Largest width of that gap in cloth with a map, pixels, and largest turn, radians.
+constexpr float max_gap_pixels = 0.1F;
+constexpr float max_turn = 1;
 constexpr std::size_t padding = 16;
 constexpr std::size_t run_length = 16;  ///< of pieces, and of runs
 constexpr std::size_t segments_of_large_cell = 65536;
@@ -220,9 +223,11 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
     const auto stitch_of = [&](const Yarns::Segment& s) {
       return std::floor((s.start[along] + s.along[along] / 2) / stitch_length);
     };
+    const float turn = std::min(2 * max_gap_pixels * pixel / ply_or_yarn_radius(curve), max_turn);
+    const float turn_cosine = map.empty() ? min_turn_cosine : std::min(min_turn_cosine, std::cos(turn));
     // The stitch that a map shows is found from a point of a piece (PointShader).
     const auto is_one = [&](const Yarns::Segment& a, const Yarns::Segment& b) {
-      return a.tangent[0].dot(b.tangent[1]) >= min_turn_cosine &&
+      return a.tangent[0].dot(b.tangent[1]) >= turn_cosine &&
              (map.empty() || (stitch_of(a) == stitch_of(b) && std::abs(b.start[along] + b.along[along] -
                                                                        a.start[along]) < stitch_length / 2));
     };
