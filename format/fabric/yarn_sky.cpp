@@ -1,11 +1,14 @@
 #include "format/fabric/yarn_sky.h"
 
 #include <algorithm>
+#include <array>
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <numbers>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "format/base/parallel.h"
 #include "format/fabric/directions.h"
@@ -18,7 +21,9 @@ namespace {
 constexpr int angles = 12;
 constexpr int angles_of_ply = 6;
 constexpr DirectionGrid sky{8, 12};
-constexpr float sky_part = 2 * std::numbers::pi_v<float> / static_cast<float>(sky.columns * sky.rows);
+/// Stations take these in turn: light varies little from one to the next.
+constexpr std::size_t sky_parts = 4;
+constexpr float light_part = 2 * std::numbers::pi_v<float> * sky_parts / (sky.columns * sky.rows);
 
 using SkyFactors = std::array<float, smooth_function_count>;
 
@@ -42,7 +47,7 @@ SkyFactors seen_sky(const Yarns& yarns, const V3f& point, const V3f& normal, std
   for (const V3f& l : lights) {
     const float cosine = normal.dot(clamp_rise(l));
     if (!(cosine > 0) || yarns.is_occluded(point, l)) continue;
-    const float part = sky_part * cosine * std::min(1.0F, l.z / min_ray_rise);
+    const float part = light_part * cosine * std::min(1.0F, l.z / min_ray_rise);
     const auto basis = smooth_basis(l.x, l.y, l.z);
     for (int k = 0; k < smooth_function_count; ++k) factors[k] += part * basis[k];
   }
@@ -84,7 +89,9 @@ class SkyFit {
 using DirectSky = std::vector<std::array<SkyFactors, angle_function_count>>;
 
 DirectSky direct_sky(const Yarns& yarns) {
-  const std::vector<V3f> lights = cell_directions(sky);
+  const std::vector<V3f> all = cell_directions(sky);
+  std::array<std::vector<V3f>, sky_parts> lights;
+  for (std::size_t i = 0; i < all.size(); ++i) lights[(i + i / sky.columns) % sky_parts].push_back(all[i]);
   DirectSky direct;
   for (int c = 0; c < static_cast<int>(yarns.data().curves.size()); ++c) {
     const YarnCurve& curve = yarns.data().curves[c];
@@ -95,7 +102,7 @@ DirectSky direct_sky(const Yarns& yarns) {
       for (const StationPoint& point :
            points_around_station(yarns, c, number, curve.plies.count > 1 ? angles_of_ply : angles)) {
         const V3f above = point.position + point.normal * (point.radius * surface_offset_radii);
-        fit.add(point, seen_sky(yarns, above, point.normal, lights));
+        fit.add(point, seen_sky(yarns, above, point.normal, lights[number % sky_parts]));
       }
       direct[first + number] = fit.solved();
     });
