@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <tuple>
 #include <vector>
 
 namespace selvedge {
@@ -281,6 +282,7 @@ void join_ends(YarnData& yarns, const V2f& period, const std::vector<Border>& bo
   std::vector<End> means = mean_ends(ends, joined_borders(yarns));
   for (std::size_t b = 0; b < means.size(); ++b)
     means[b].place[runs_up(yarns.curves[borders[b].curve]) ? 1 : 0] = 0;
+  constexpr double reach_radii = 5;
   std::size_t first_border = 0;
   std::size_t first_node = 0;
   for (YarnCurve& curve : yarns.curves) {
@@ -297,14 +299,17 @@ void join_ends(YarnData& yarns, const V2f& period, const std::vector<Border>& bo
       for (int i = from; i < to; ++i)
         lengths.push_back(lengths.back() + (chain.at(i + 1) - chain.at(i)).length());
       for (int i = from; i < to; ++i) {
-        // Cubic Hermite, as curves are (Farin, "Curves and Surfaces for CAGD", 7.5).
+        // Over a few radii: the rest of a loop stays where it touches others.
         const double s = lengths[i - from] / lengths.back();
         const double rest = 1 - s;
-        const V3d move =
-            (means[a].place - ends[a].place) * (rest * rest * (1 + 2 * s)) +
-            (means[b].place - ends[b].place) * (s * s * (1 + 2 * rest)) +
-            ((means[a].tangent - ends[a].tangent) * rest - (means[b].tangent - ends[b].tangent) * s) *
-                (s * rest * lengths.back());
+        const double reach = std::min(0.5 * lengths.back(), reach_radii * static_cast<double>(curve.radius));
+        V3d move(0, 0, 0);
+        for (const auto& [border, away, sense] :
+             {std::tuple(a, s * lengths.back(), 1.0), std::tuple(b, rest * lengths.back(), -1.0)}) {
+          const double far = std::min(1.0, away / reach);
+          move += (means[border].place - ends[border].place) * ((1 - far) * (1 - far) * (1 + 2 * far)) +
+                  (means[border].tangent - ends[border].tangent) * (sense * away * (1 - far) * (1 - far));
+        }
         yarns.nodes[first_node + i] = V3f(chain.at(i) + move);
         if (curve.squeezes.empty()) continue;
         V3d squeeze(curve.squeezes[i]);

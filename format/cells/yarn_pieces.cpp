@@ -53,22 +53,42 @@ std::array<Group, 2> strands_of(const YarnCurve& curve, const V2f& sense, const 
            {static_cast<float>(s.rows.next_first_row), width, some ? sense.x : 0, some ? sense.y : 0}}};
 }
 
-/// Moves a piece of a ply by whole repeats into the stitch of a map that it belongs to, whose number it
-/// returns.
-int move_into_stitch(const Yarns& yarns, Yarns::Segment& s) {
+/// The stitch of a map, along its curve, that the segment behind each node belongs to: it ends at the node on
+/// its border, also where yarn bulges over that before.
+std::vector<int> stitches_of(const YarnMap& map, const V2f& period, const YarnCurve& curve,
+                             std::span<const V3f> nodes) {
+  constexpr float near = 1e-3F;  // of a stitch
+  std::vector<int> stitches(nodes.size(), 0);
+  if (map.empty()) return stitches;
+  const int along = curve.repeat_offset.x == 0 ? 1 : 0;
+  const auto at = [&](std::size_t i) {
+    return nodes[i][along] / period[along] * static_cast<float>(map.kinds[along]);
+  };
+  std::size_t first = 0;
+  while (first + 1 < nodes.size() && std::abs(at(first) - std::round(at(first))) > near) ++first;
+  float border = std::round(at(first));
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (i > first && std::abs(at(i) - border - 1) < near) ++border;
+    const int stitch = static_cast<int>(i < first ? border - 1 : border) % map.kinds[along];
+    stitches[i] = stitch < 0 ? stitch + map.kinds[along] : stitch;
+  }
+  return stitches;
+}
+
+/// Moves a piece of a ply by whole repeats into its stitch, by that along its curve; returns the number of
+/// the stitch.
+int move_into_stitch(const Yarns& yarns, int along_curve, Yarns::Segment& s) {
   const YarnMap& map = yarns.data().map;
   const int along = yarns.data().curves[s.curve].repeat_offset.x == 0 ? 1 : 0;
   const int line = map.lines[s.curve];
   V2i stitch;
   for (int axis = 0; axis < 2; ++axis) {
     const auto count = static_cast<float>(map.kinds[axis]);
+    stitch[axis] = axis == along ? along_curve : axis == 0 ? line : map.kinds.y - 1 - line;
     const float at = (s.start[axis] + s.along[axis] / 2) / yarns.period()[axis] * count;
-    // It may bulge over its line, by less than half the repeat.
-    const int own = axis == 0 ? line : map.kinds.y - 1 - line;
-    const float repeat =
-        axis == along ? std::floor(at / count) : std::round((at - 0.5F - static_cast<float>(own)) / count);
-    stitch[axis] = axis == along ? std::min(static_cast<int>(at - repeat * count), map.kinds[axis] - 1) : own;
-    s.start[axis] -= repeat * yarns.period()[axis];
+    // It may bulge over its line and its borders, by less than half the repeat.
+    s.start[axis] -=
+        std::round((at - 0.5F - static_cast<float>(stitch[axis])) / count) * yarns.period()[axis];
   }
   return stitch.y * map.kinds.x + stitch.x;
 }
@@ -211,6 +231,8 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   float hair_number = 0;
   hairs.reserve(static_cast<std::size_t>(hair_count / hairs_for_one));
   pieces.segments.reserve(inside.segments.size());
+  std::vector<int> along_curves;  // stitches of the pieces
+  std::size_t first_node = 0;
   for (const YarnCurve& curve : data.curves) {
     const int of_ply = curve.nodes * curve.plies.divisions;
     float length = 0;
@@ -220,22 +242,26 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
     const int along = curve.repeat_offset.x == 0 ? 1 : 0;
     const float stitch_length =
         map.empty() ? HUGE_VALF : yarns.period()[along] / static_cast<float>(map.kinds[along]);
-    const auto stitch_of = [&](const Yarns::Segment& s) {
-      return std::floor((s.start[along] + s.along[along] / 2) / stitch_length);
-    };
+    const std::vector<int> stitches = stitches_of(
+        map, yarns.period(), curve, std::span<const V3f>(data.nodes).subspan(first_node, curve.nodes));
+    first_node += curve.nodes;
     const float turn = std::min(2 * max_gap_pixels * pixel / ply_or_yarn_radius(curve), max_turn);
     const float turn_cosine = map.empty() ? min_turn_cosine : std::min(min_turn_cosine, std::cos(turn));
     // The stitch that a map shows is found from a point of a piece (PointShader).
-    const auto is_one = [&](const Yarns::Segment& a, const Yarns::Segment& b) {
+    const auto is_one = [&](int i, int k) {
+      const Yarns::Segment& a = rest[i];
+      const Yarns::Segment& b = rest[k];
       return a.tangent[0].dot(b.tangent[1]) >= turn_cosine &&
-             (map.empty() || (stitch_of(a) == stitch_of(b) && std::abs(b.start[along] + b.along[along] -
-                                                                       a.start[along]) < stitch_length / 2));
+             (map.empty() ||
+              (stitches[i / curve.plies.divisions] == stitches[k / curve.plies.divisions] &&
+               std::abs(b.start[along] + b.along[along] - a.start[along]) < stitch_length / 2));
     };
     for (int ply = 0; ply < curve.plies.count; ++ply) {
       for (int i = 0, count = 0; i < of_ply; i += count) {
         count = std::min(chain, of_ply - i);
-        while (count > 1 && !is_one(rest[i], rest[i + count - 1])) --count;
+        while (count > 1 && !is_one(i, i + count - 1)) --count;
         pieces.segments.push_back(chord(rest.subspan(i, count)));
+        along_curves.push_back(stitches[i / curve.plies.divisions]);
       }
       rest = rest.subspan(of_ply);
     }
@@ -250,8 +276,9 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   std::vector<int> stitches;
   if (!map.empty()) {
     std::vector<std::pair<int, Yarns::Segment>> plies;
-    for (Yarns::Segment& s : pieces.segments) {
-      const int stitch = move_into_stitch(yarns, s);
+    for (std::size_t i = 0; i < pieces.segments.size(); ++i) {
+      Yarns::Segment& s = pieces.segments[i];
+      const int stitch = move_into_stitch(yarns, along_curves[i], s);
       plies.emplace_back(stitch, s);
     }
     std::ranges::stable_sort(plies, {}, &std::pair<int, Yarns::Segment>::first);
