@@ -458,7 +458,7 @@ void declare_make(Options& options, MakeCommand& command) {
       .in_range(1, 1e9);
   command.key.declare(options);
   options.add_check([&options, &command] {
-    // What needs a fabric without a map, which has its yarn and one texel for each stitch.
+    // These need a fabric without a map, which has its yarn and one texel for each stitch.
     const std::vector<const char*> whole{"--texels", "--bytes", "--keep-samples", "--recolour"};
     const bool is_whole =
         !command.options.bake.stores_yarns || command.options.bake.indirect != IndirectLight::lines ||

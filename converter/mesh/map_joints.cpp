@@ -236,7 +236,7 @@ std::vector<int> add_border_nodes(const std::vector<Place>& begins, const V2f& p
   return borders;
 }
 
-/// What ends of stitches have in common; a place counts from the border's lattice.
+/// End of a stitch; its place counts from the border's lattice.
 struct End {
   V3d place{0, 0, 0}, tangent{0, 0, 0}, squeeze{0, 0, 0};
 };
@@ -328,7 +328,7 @@ void join_ends(YarnData& yarns, const V2f& period, const std::vector<Border>& bo
   }
 }
 
-/// What turns coefficients of light about an axis to count angles from upwards (`sense` 1), or back (-1).
+/// Turns coefficients of light about an axis to count angles from upwards (`sense` 1), or back (-1).
 struct Turn {
   double angle = 0;
   double last_order = 2;  ///< of the last two functions of the angle

@@ -21,7 +21,7 @@ std::size_t index_at(const StitchGrid& grid, int x, int y) {
   return std::size_t{1} * wrapped(y, grid.size.y) * grid.size.x + wrapped(x, grid.size.x);
 }
 
-/// What must be the same, by KindMatch.
+/// Numbers of all that must be the same, by KindMatch.
 Keys keys_at(const StitchGrid& grid, int x, int y) {
   constexpr unsigned bits = 3;  // max_chart_yarns
   const auto cell = [&](int dx, int dy) -> std::uint64_t {

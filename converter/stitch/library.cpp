@@ -12,17 +12,16 @@
 
 #include "converter/stitch/blocking.h"
 #include "converter/stitch/chart.h"
-#include "converter/stitch/chart_stitches.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/knit.h"
 #include "converter/stitch/pattern_json.h"
+#include "converter/stitch/sampler.h"
 #include "converter/stitch/text_cells.h"
 #include "converter/stitch/weave.h"
 #include "converter/stitch/wif.h"
 #include "converter/stitch/yarn_mesh.h"
-#include "converter/stitch/yarn_plies.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
 #include "format/fabric/yarn_hairs.h"
@@ -389,22 +388,6 @@ RelaxOptions relax_options(const StitchValues& values, bool woven, bool thins) {
           .may_thin = thins};
 }
 
-std::vector<std::vector<double>> part_begins_of(const StitchPattern& pattern,
-                                                const std::vector<std::vector<KnitPart>>& parts) {
-  std::vector<std::vector<double>> begins;
-  for (std::size_t y = 0; y < parts.size(); ++y) {
-    auto segment = pattern.yarns[y].segments.begin();
-    double length = 0;
-    std::vector<double>& own = begins.emplace_back();
-    for (const KnitPart& part : parts[y]) {
-      own.push_back(length);
-      for (std::size_t k = 0; k < part.segments; ++k) length += polygon_length(*segment++);
-    }
-    for (double& begin : own) begin /= length;
-  }
-  return begins;
-}
-
 /// `tell`: called with the values and the yarns as drawn, before they come to rest.
 Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, const Relaxer& relaxer,
                             const std::function<void(const StitchValues&, const DrawnKnit&)>& tell = {}) {
@@ -477,57 +460,6 @@ BuiltIn stitch_of(ChartText& chart, const std::string& path) {
   return stitch;
 }
 
-/// The arrangement of a chart or draft, if it is made of a sampler; refuses what cannot be.
-std::optional<Arrangement> arranged(const std::optional<StitchGrid>& grid, std::size_t stitches,
-                                    const KindLimit& kinds, const StitchSettings& settings,
-                                    const std::string& path) {
-  const bool is_asked = kinds.by == KindLimit::By::stitches || kinds.by == KindLimit::By::exact;
-  const bool repeats = settings.contains("repeats");
-  const auto refuse = [&](std::string why) {
-    throw Failure{{Code::option_out_of_range, path, "--kinds", std::move(why)}};
-  };
-  if (is_asked && !grid) refuse("is for plain stitches, all knit or all purl, and for evenly spaced yarns");
-  if (is_asked && repeats) refuse("excludes repeats");
-  std::optional<Arrangement> found;
-  if (grid && !repeats) found = arrange(*grid, kinds);
-  if (!found && kinds.by == KindLimit::By::stitches && stitches > static_cast<std::size_t>(kinds.stitches))
-    refuse(fmt::format("{} stitches are too few for its yarns to run on", kinds.stitches));
-  if (!found && stitches > max_relaxed_stitches)
-    throw Failure{{Code::stitch_invalid, path, "",
-                   fmt::format("{} stitches, of more than {} only plain ones are made: {}", stitches,
-                               max_relaxed_stitches, cut_to_repeat_advice)}};
-  return found;
-}
-
-std::string remark_on(const Arrangement& arranged) {
-  const auto& [eight, four, row] = arranged.stitches;
-  return fmt::format(
-      "{} x {} stitches are made, of {} x {} of {} kinds: {} are shown by 8 neighbours, {} by 4, {} by their "
-      "row{}",
-      arranged.map.kinds.x, arranged.map.kinds.y, arranged.map.size.x, arranged.map.size.y,
-      arranged.kind_count, eight, four, row, arranged.sampler.is_woven ? "" : "; floats are not caught");
-}
-
-/// Makes plies turn on by whole ones over each stitch of a sampler, so that they run on where it is shown.
-void turn_by_stitch(const StitchGrid& sampler, FoundStitch& found) {
-  std::size_t next = 0;
-  const auto turn = [&](int loops, int floats) {
-    Yarn& yarn = found.pattern.yarns[next++];
-    if (yarn.plies == 1) return;
-    const double length = frames_of(yarn, 0.5 * yarn.radius_mm).stations.back().arc_length;
-    const double loop = (length - floats * found.pattern.period_mm.x / sampler.size.x) / loops;
-    yarn.twist_per_mm = std::round(yarn.twist_per_mm * loop * yarn.plies) / (loop * yarn.plies);
-  };
-  for (int x = 0; x < sampler.size.x && sampler.is_woven; ++x) turn(sampler.size.y, 0);
-  for (int y = 0; y < sampler.size.y; ++y) {
-    const auto row = sampler.cells.begin() + std::ptrdiff_t{1} * y * sampler.size.x;
-    if (sampler.is_woven) turn(sampler.size.x, 0);
-    for (unsigned yarn = 0; yarn < max_chart_yarns && !sampler.is_woven; ++yarn)
-      if (const auto loops = static_cast<int>(std::count(row, row + sampler.size.x, yarn)); loops > 0)
-        turn(loops, sampler.size.x - loops);
-  }
-}
-
 FoundStitch chart_in(const std::string& text, const std::string& path, StitchSettings settings,
                      const StartCallback& start, const Relaxer& relaxer, const KindLimit& kinds) {
   auto chart = value_or_throw(read_chart(text, path));
@@ -536,27 +468,24 @@ FoundStitch chart_in(const std::string& text, const std::string& path, StitchSet
       arranged(grid, chart.knit.rows.size() * chart.knit.rows.front().size(), kinds, settings, path);
   if (arrangement) {
     take_sampler(arrangement->sampler, chart.knit);
-    settings.erase("float");
-    const V2d part = V2d(arrangement->map.kinds) / V2d(arrangement->map.size);
-    for (auto& [name, values] : settings)
-      if (name == "width_mm" || name == "height_mm") values.front() *= name == "width_mm" ? part.x : part.y;
+    fit_settings(arrangement->map, settings);
   }
   BuiltIn stitch = stitch_of(chart, path);
-  // Cloth draws in where it changes colour, which a sampler does more often.
   if (arrangement)
     stitch.free_part =
         std::min(0.999, colour_changes(*grid) / std::max(1e-3, colour_changes(arrangement->sampler)));
   const V2i cells(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size()));
-  V2i texels(texels_along(cells.x, texels_per_stitch), texels_along(cells.y, texels_per_stitch));
-  if (arrangement) texels = cells;
+  V2i texels = cells;
+  if (!arrangement)
+    texels = {texels_along(cells.x, texels_per_stitch), texels_along(cells.y, texels_per_stitch)};
   auto found = value_or_throw(
       relaxed(stitch, settings, relaxer, [&](const StitchValues& values, const DrawnKnit& drawn) {
         tell_size(values, cells, texels, false, drawn, start, arrangement.has_value());
       }));
-  if (arrangement) turn_by_stitch(arrangement->sampler, found);
+  if (arrangement) turn_by_stitch(arrangement->sampler, found.pattern);
   const int rows = found.stitch_count / (found.wales * found.repeats);  // of all that lean
-  if (!arrangement) found.min_texels = V2i(texels.x, texels_along(rows, texels_per_stitch)) * found.repeats;
-  if (arrangement) found.min_texels = cells;
+  found.min_texels =
+      arrangement ? cells : V2i(texels.x, texels_along(rows, texels_per_stitch)) * found.repeats;
   if (arrangement) found.remarks.push_back(remark_on(*arrangement));
   found.arranged = std::move(arrangement);
   found.remarks.insert(found.remarks.begin(), chart.remarks.begin(), chart.remarks.end());
@@ -573,21 +502,6 @@ std::vector<StitchParameter> draft_parameters(const Weave& weave) {
     append_yarn(parameters, prefix, kind, 10, yarns->front());
   }
   return parameters;
-}
-
-/// The first yarns of a weave each way.
-Weave corner_of(const Weave& weave, std::size_t yarns) {
-  Weave corner = weave;
-  for (auto [all, widths] :
-       {std::pair(&corner.warp, &corner.warp_spacing_mm), std::pair(&corner.weft, &corner.weft_spacing_mm)}) {
-    all->resize(std::min(all->size(), yarns));
-    widths->resize(all->size());
-  }
-  corner.warp_is_over.clear();
-  for (std::size_t j = 0; j < corner.weft.size(); ++j)
-    for (std::size_t i = 0; i < corner.warp.size(); ++i)
-      corner.warp_is_over.push_back(weave.is_warp_over(i, j));
-  return corner;
 }
 
 Result<FoundStitch> draft_in(const std::string& text, const std::string& path, const StitchSettings& settings,
@@ -632,10 +546,8 @@ Result<FoundStitch> draft_in(const std::string& text, const std::string& path, c
   set_seed(values, path, found.pattern);
   tell_thickness(thickness, found);
   lay_repeats(values, path, found);
-  if (arrangement) {
-    turn_by_stitch(arrangement->sampler, found);
-    found.remarks.push_back(remark_on(*arrangement));
-  }
+  if (arrangement) turn_by_stitch(arrangement->sampler, found.pattern);
+  if (arrangement) found.remarks.push_back(remark_on(*arrangement));
   found.arranged = std::move(arrangement);
   return found;
 }

@@ -1,6 +1,8 @@
 #include "converter/stitch/weave.h"
 
+#include <algorithm>
 #include <functional>
+#include <utility>
 
 namespace selvedge {
 namespace {
@@ -64,6 +66,20 @@ StitchPattern draw_weave(const Weave& weave, const std::string& name) {
     pattern.yarns.push_back(std::move(yarn));
   }
   return pattern;
+}
+
+Weave corner_of(const Weave& weave, std::size_t yarns) {
+  Weave corner = weave;
+  for (auto [all, widths] :
+       {std::pair(&corner.warp, &corner.warp_spacing_mm), std::pair(&corner.weft, &corner.weft_spacing_mm)}) {
+    all->resize(std::min(all->size(), yarns));
+    widths->resize(all->size());
+  }
+  corner.warp_is_over.clear();
+  for (std::size_t j = 0; j < corner.weft.size(); ++j)
+    for (std::size_t i = 0; i < corner.warp.size(); ++i)
+      corner.warp_is_over.push_back(weave.is_warp_over(i, j));
+  return corner;
 }
 
 }  // namespace selvedge

@@ -46,10 +46,10 @@ struct RelaxOptions {
   std::vector<std::vector<KnitPart>> parts{};
   V2d gauge_mm{0, 0};
   V2d blocked_mm{0, 0};
-  /// Of a knit that is not blocked: the part of the way that it goes from this size to its free one. Below 1
-  /// its wales do not lean.
+  /// Part of the way that a knit which is not blocked goes from the drawn size to its free one. Below 1 its
+  /// wales do not lean.
   double free_part = 1;
-  int stripes = 1;          ///< repeats of a knit that differ in colours alone, above each other
+  int stripes = 1;  ///< repeats of a knit that differ in colours alone, above each other
   /// A knit at rest of the same yarns, gauge and size of chart: where this one is drawn alike it stays as
   /// that one rests, but for some stitches around what differs.
   const RestedKnit* last = nullptr;

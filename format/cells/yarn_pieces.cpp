@@ -96,7 +96,7 @@ int move_into_stitch(const Yarns& yarns, int along_curve, Yarns::Segment& s) {
 /// Hairs that vanish together are in one vector of the splatter; in large cells hairs of one place, and with
 /// a map of one stitch. Returns the numbers of stitches, or places.
 std::vector<int> sort_hairs(const Yarns& yarns, bool is_small, std::vector<Yarns::Segment>& hairs) {
-  const V2f period = yarns.period();
+  const V2f& period = yarns.period();
   const YarnMap& map = yarns.data().map;
   V2i places = map.kinds;
   if (map.empty() && !is_small) {
@@ -211,6 +211,24 @@ void add_stitches(const Yarns& yarns, std::span<const int> numbers, YarnPieces& 
   }
 }
 
+/// Moves pieces of plies into their stitches, and sorts them by these; returns their numbers.
+std::vector<int> sort_by_stitch(const Yarns& yarns, const std::vector<int>& along_curves,
+                                std::vector<Yarns::Segment>& segments) {
+  std::vector<std::pair<int, Yarns::Segment>> plies;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    const int stitch = move_into_stitch(yarns, along_curves[i], segments[i]);
+    plies.emplace_back(stitch, segments[i]);
+  }
+  std::ranges::stable_sort(plies, {}, &std::pair<int, Yarns::Segment>::first);
+  std::vector<int> stitches;
+  segments.clear();
+  for (const auto& [stitch, s] : plies) {
+    stitches.push_back(stitch);
+    segments.push_back(s);
+  }
+  return stitches;
+}
+
 /// Pieces as long as so many segments of mean length `step`, of each curve as many of its own as fit, but
 /// shorter in bends.
 YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
@@ -273,21 +291,8 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
       hairs.back().bounding_radius *= hairs_for_one;
     }
   }
-  std::vector<int> stitches;
-  if (!map.empty()) {
-    std::vector<std::pair<int, Yarns::Segment>> plies;
-    for (std::size_t i = 0; i < pieces.segments.size(); ++i) {
-      Yarns::Segment& s = pieces.segments[i];
-      const int stitch = move_into_stitch(yarns, along_curves[i], s);
-      plies.emplace_back(stitch, s);
-    }
-    std::ranges::stable_sort(plies, {}, &std::pair<int, Yarns::Segment>::first);
-    pieces.segments.clear();
-    for (const auto& [stitch, s] : plies) {
-      stitches.push_back(stitch);
-      pieces.segments.push_back(s);
-    }
-  }
+  std::vector<int> stitches =
+      map.empty() ? std::vector<int>() : sort_by_stitch(yarns, along_curves, pieces.segments);
   const std::vector<int> places = sort_hairs(yarns, is_small, hairs);
   pieces.ply_piece_count = pieces.count();
   pieces.segments.insert(pieces.segments.end(), hairs.begin(), hairs.end());
