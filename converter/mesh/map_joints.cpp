@@ -116,12 +116,12 @@ std::vector<Border> borders_of(const YarnData& yarns, const V2f& period,
 }
 
 /// A place of a chain: node, and fraction of its segment.
-struct Place {
+struct JointPlace {
   double at;
   V3d position;
 };
 
-Place place_at(const Chain& chain, double at) {
+JointPlace place_at(const Chain& chain, double at) {
   const int i = static_cast<int>(std::floor(at));
   return {at, chain.at(i) + (chain.at(i + 1) - chain.at(i)) * (at - i)};
 }
@@ -142,12 +142,12 @@ double node_at(const std::vector<double>& lengths, double length) {
 
 /// Where a curve passes the borders of its stitches; of yarn that passes one several times, nearest to where
 /// the stitch begins (`begins` of set_map()).
-std::vector<Place> passages_of(const Chain& chain, int stitches, double cell,
-                               const std::vector<double>* begins) {
+std::vector<JointPlace> passages_of(const Chain& chain, int stitches, double cell,
+                                    const std::vector<double>* begins) {
   const int axis = runs_up(chain.curve) ? 1 : 0;
   const int count = chain.curve.nodes;
   const std::vector<double> lengths = lengths_of(chain);
-  std::vector<Place> passages;
+  std::vector<JointPlace> passages;
   for (int k = 0; k < stitches; ++k) {
     std::vector<double> passed;
     for (int i = -count; i < 2 * count; ++i) {
@@ -206,18 +206,18 @@ void straighten(YarnCell& cell, std::span<const std::vector<double>> begins) {
 }
 
 /// Gives a curve nodes where its stitches begin, and lets it begin there; returns these nodes.
-std::vector<int> add_border_nodes(const std::vector<Place>& begins, const V2f& period, YarnCurve& curve,
+std::vector<int> add_border_nodes(const std::vector<JointPlace>& begins, const V2f& period, YarnCurve& curve,
                                   std::vector<V3f>& nodes) {
   constexpr double near = 0.25;  // of a segment, within which a border takes the place of a node
   const int count = curve.nodes;
   const Chain chain{curve, nodes, turns_of(curve, period)};
   const double begin = begins.front().at;
-  std::vector<Place> places = begins;
+  std::vector<JointPlace> places = begins;
   for (int i = static_cast<int>(std::ceil(begin)); i < begin + count - near; ++i) {
-    const auto is_near = [&](const Place& place) { return std::abs(place.at - i) < near; };
+    const auto is_near = [&](const JointPlace& place) { return std::abs(place.at - i) < near; };
     if (std::ranges::none_of(begins, is_near)) places.push_back({1.0 * i, chain.at(i)});
   }
-  std::ranges::sort(places, {}, &Place::at);
+  std::ranges::sort(places, {}, &JointPlace::at);
   std::vector<int> borders;
   std::vector<V3f> squeezes;
   std::vector<V3f> all;
