@@ -8,16 +8,16 @@
 #include <map>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include "converter/dress/flatten.h"
-#include "converter/dress/half_edges.h"
 #include "format/base/disjoint_sets.h"
 
 namespace selvedge {
 namespace {
 
 using Face = std::array<std::uint32_t, 3>;
-constexpr int none = -1;  // of a vertex
+constexpr int none = -1;  // of vertices and sides
 
 class Cutter {
  public:
@@ -108,9 +108,8 @@ class Cutter {
         for (std::size_t k = 0; k < 3; ++k) {
           corners[k] = welded[faces_[number][k]];
           int& vertex = sheet < sheets ? vertices[corners[k]] : own[k];
-          // Faces all around take no more: another part begins that meets them here.
-          if (vertex == none || !mesh_.is_open(vertex)) {
-            vertex = mesh_.add_vertex();
+          if (vertex == none) {
+            vertex = static_cast<int>(points_.size());
             points_.push_back(positions_[corners[k]]);
           }
           own[k] = vertex;
@@ -120,7 +119,7 @@ class Cutter {
         bool added = false;
         for (const bool turned : {false, true}) {
           if (added || (!fits && sheet < sheets)) continue;
-          added = mesh_.add_face({own[0], own[turned ? 2 : 1], own[turned ? 1 : 2]});
+          added = add_to_mesh({own[0], own[turned ? 2 : 1], own[turned ? 1 : 2]});
           if (!added) continue;
           numbers_.push_back(number);
           turned_.push_back(turned);
@@ -132,6 +131,29 @@ class Cutter {
     }
   }
 
+  /// Adds a face with corners in this order; false where an edge has a face on that side.
+  bool add_to_mesh(const V3i& corners) {
+    const auto key = [&](int from, int to) { return std::pair(corners[from % 3], corners[to % 3]); };
+    for (int k = 0; k < 3; ++k)
+      if (halves_.contains(key(k, k + 1))) return false;
+    for (int k = 0; k < 3; ++k) {
+      const auto half = static_cast<int>(opposite_.size());
+      halves_[key(k, k + 1)] = half;
+      const auto other = halves_.find(key(k + 1, k));
+      opposite_.push_back(other == halves_.end() ? none : other->second);
+      if (other != halves_.end()) opposite_[other->second] = half;
+    }
+    corners_.push_back(corners);
+    return true;
+  }
+
+  /// Calls visit(half, half on the other side) for each edge of two faces.
+  template <class Visit>
+  void visit_inner_edges(const Visit& visit) const {
+    for (int half = 0; half < std::ssize(opposite_); ++half)
+      if (opposite_[half] > half) visit(half, opposite_[half]);
+  }
+
   /// The half axis that is nearest to each face's normal among its neighbours'.
   std::vector<int> half_axes() const {
     constexpr int rounds = 8;
@@ -139,8 +161,8 @@ class Cutter {
     for (int round = 0; round < rounds; ++round) {
       std::vector<V3d> next = smooth;
       for (std::size_t f = 0; f < faces_.size(); ++f) {
-        for (const int half : mesh_.halves(static_cast<int>(f)))
-          if (const int other = mesh_.face(half ^ 1); other >= 0) next[f] += smooth[other];
+        for (std::size_t half = 3 * f; half < 3 * f + 3; ++half)
+          if (opposite_[half] != none) next[f] += smooth[opposite_[half] / 3];
         next[f] *= 0.25;
       }
       smooth = std::move(next);
@@ -158,11 +180,10 @@ class Cutter {
   /// The faces of one label that hang together have one number, of the first of them.
   std::vector<int> parts(const std::vector<int>& labels) const {
     DisjointSets sets(faces_.size());
-    for (int edge = 0; edge < mesh_.edges(); ++edge) {
-      if (is_border(edge)) continue;
-      const int a = sets.root(mesh_.face(2 * edge)), b = sets.root(mesh_.face(2 * edge + 1));
+    visit_inner_edges([&](int half, int other) {
+      const int a = sets.root(half / 3), b = sets.root(other / 3);
       if (labels[a] == labels[b]) sets.unite(std::max(a, b), std::min(a, b));
-    }
+    });
     std::vector<int> part;
     for (int face = 0; face < static_cast<int>(faces_.size()); ++face) part.push_back(sets.root(face));
     return part;
@@ -182,16 +203,14 @@ class Cutter {
     for (bool again = true; again;) {
       again = false;
       std::map<std::pair<int, int>, double> borders;  // of small parts, with whom, and how long
-      for (int edge = 0; edge < mesh_.edges(); ++edge) {
-        if (is_border(edge)) continue;
-        for (const int half : {2 * edge, 2 * edge + 1}) {
-          const int part = joined.root(chart_of_[mesh_.face(half)]);
-          const int other = joined.root(chart_of_[mesh_.face(half ^ 1)]);
-          if (part != other && areas[part] < small * wholes[whole[mesh_.face(half)]])
-            borders[{part, other}] +=
-                (points_[mesh_.end(2 * edge)] - points_[mesh_.begin(2 * edge)]).length();
+      visit_inner_edges([&](int half, int twin) {
+        const V3i& ends = corners_[half / 3];
+        const double length = (points_[ends[(half + 1) % 3]] - points_[ends[half % 3]]).length();
+        for (const auto& [face, beside] : {std::pair(half / 3, twin / 3), std::pair(twin / 3, half / 3)}) {
+          const int part = joined.root(chart_of_[face]), other = joined.root(chart_of_[beside]);
+          if (part != other && areas[part] < small * wholes[whole[face]]) borders[{part, other}] += length;
         }
-      }
+      });
       for (auto at = borders.begin(); at != borders.end();) {
         const int part = at->first.first;
         auto longest = at;
@@ -217,12 +236,11 @@ class Cutter {
       std::map<int, int> local;
       for (const std::size_t f : faces) {
         V3i triangle;
-        int k = 0;
-        for (const int half : mesh_.halves(static_cast<int>(f))) {
-          const int vertex = mesh_.end(half);
+        for (int k = 0; k < 3; ++k) {
+          const int vertex = corners_[f][k];
           const auto [entry, fresh] = local.try_emplace(vertex, static_cast<int>(panel.positions.size()));
           if (fresh) panel.positions.push_back(points_[vertex]);
-          triangle[k++] = entry->second;
+          triangle[k] = entry->second;
         }
         panel.triangles.push_back(triangle);
       }
@@ -240,12 +258,9 @@ class Cutter {
   bool is_simple(const std::vector<std::size_t>& faces, const ClothPanel& panel) const {
     constexpr std::ptrdiff_t max_holes = 64;
     std::ptrdiff_t halves = 0;  // of edges
-    for (const std::size_t f : faces) {
-      for (const int half : mesh_.halves(static_cast<int>(f))) {
-        const int other = mesh_.face(half ^ 1);
-        halves += other >= 0 && chart_of_[other] == chart_of_[f] ? 1 : 2;
-      }
-    }
+    for (const std::size_t f : faces)
+      for (std::size_t half = 3 * f; half < 3 * f + 3; ++half)
+        halves += opposite_[half] != none && chart_of_[opposite_[half] / 3] == chart_of_[f] ? 1 : 2;
     return faces.size() > 1 && std::ssize(panel.positions) - halves / 2 + std::ssize(faces) >= 1 - max_holes;
   }
 
@@ -331,16 +346,16 @@ class Cutter {
     std::size_t end = 0;
   };
 
-  bool is_border(int edge) const { return std::min(mesh_.face(2 * edge), mesh_.face(2 * edge + 1)) < 0; }
-
   const std::vector<V3d>& positions_;
   V3d down_;
-  HalfEdges mesh_;
-  std::vector<V3d> points_;           ///< by vertex of the mesh
-  std::vector<Face> faces_;           ///< of the surface, those with an area
-  std::vector<std::size_t> numbers_;  ///< by face of the mesh, as all below: in faces_
-  std::vector<bool> turned_;          ///< its corners run the other way in the mesh, as its neighbours' do
-  std::vector<V3d> normals_;          ///< as long as twice the area
+  std::vector<V3d> points_;    ///< by vertex of the mesh
+  std::vector<V3i> corners_;   ///< of faces of the mesh, whose edges have two faces, one on each side
+  std::vector<int> opposite_;  ///< by 3 * face + k, the side of an edge from corner k on: the other side
+  std::map<std::pair<int, int>, int> halves_;  ///< sides by the vertices of their edges
+  std::vector<Face> faces_;                    ///< of the surface, those with an area
+  std::vector<std::size_t> numbers_;           ///< by face of the mesh, as all below: in faces_
+  std::vector<bool> turned_;  ///< its corners run the other way in the mesh, as its neighbours' do
+  std::vector<V3d> normals_;  ///< as long as twice the area
   std::vector<int> chart_of_;
   std::vector<Placed> placed_;
   Charts charts_;
