@@ -2,13 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <tuple>
 #include <vector>
+
+#include "format/base/disjoint_sets.h"
 
 namespace selvedge {
 namespace {
@@ -35,16 +37,10 @@ std::vector<int> joined_borders(const YarnData& yarns) {
   const YarnMap& map = yarns.map;
   const V2i n = map.kinds;
   const std::vector<int> first = first_borders(yarns);
-  std::vector<int> joined(first.back());
-  std::iota(joined.begin(), joined.end(), 0);
-  const auto root = [&](int border) {
-    while (joined[border] != border) border = joined[border] = joined[joined[border]];
-    return border;
-  };
+  DisjointSets sets(first.back());
   const auto join = [&](int a, int b) {
-    a = root(a);
-    b = root(b);
-    joined[std::max(a, b)] = std::min(a, b);
+    const auto [low, high] = std::minmax({sets.root(a), sets.root(b)});
+    sets.unite(high, low);
   };
   // Curves of each row and column, in their order.
   std::array<std::vector<std::vector<int>>, 2> curves{std::vector<std::vector<int>>(n.y),
@@ -65,7 +61,8 @@ std::vector<int> joined_borders(const YarnData& yarns) {
       for (std::size_t k = 0; k < std::min(up_from.size(), up_to.size()); ++k)
         join(first[up_from[k]] + (n.y - own / n.x) % n.y, first[up_to[k]] + n.y - 1 - above / n.x);
     }
-  for (std::size_t b = 0; b < joined.size(); ++b) joined[b] = root(static_cast<int>(b));
+  std::vector<int> joined;
+  for (int border = 0; border < first.back(); ++border) joined.push_back(sets.root(border));
   return joined;
 }
 
@@ -126,10 +123,10 @@ JointPlace place_at(const Chain& chain, double at) {
   return {at, chain.at(i) + (chain.at(i + 1) - chain.at(i)) * (at - i)};
 }
 
-/// Lengths of a chain up to its nodes, and to its end.
-std::vector<double> lengths_of(const Chain& chain) {
+/// Lengths of a chain from one node up to the next ones.
+std::vector<double> lengths_of(const Chain& chain, int from, int to) {
   std::vector<double> lengths{0};
-  for (int i = 0; i < chain.curve.nodes; ++i)
+  for (int i = from; i < to; ++i)
     lengths.push_back(lengths.back() + (chain.at(i + 1) - chain.at(i)).length());
   return lengths;
 }
@@ -146,7 +143,7 @@ std::vector<JointPlace> passages_of(const Chain& chain, int stitches, double cel
                                     const std::vector<double>* begins) {
   const int axis = runs_up(chain.curve) ? 1 : 0;
   const int count = chain.curve.nodes;
-  const std::vector<double> lengths = lengths_of(chain);
+  const std::vector<double> lengths = lengths_of(chain, 0, chain.curve.nodes);
   std::vector<JointPlace> passages;
   for (int k = 0; k < stitches; ++k) {
     std::vector<double> passed;
@@ -175,7 +172,7 @@ void straighten(YarnCell& cell, std::span<const std::vector<double>> begins) {
   std::vector<int> feet(off.size());
   for_each_curve(cell.yarns, [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> nodes) {
     const Chain chain{curve, nodes, turns_of(curve, V2f(cell.period))};
-    const std::vector<double> lengths = lengths_of(chain);
+    const std::vector<double> lengths = lengths_of(chain, 0, chain.curve.nodes);
     const auto is_loop = [&](int k) {
       const double end = k + 1 < n.x ? begins[c][k + 1] : 1;
       return (end - begins[c][k]) * lengths.back() > loop_length * stitch.x;
@@ -236,50 +233,54 @@ std::vector<int> add_border_nodes(const std::vector<JointPlace>& begins, const V
   return borders;
 }
 
+/// Means over the borders that are joined, at each of them.
+template <class Value>
+std::vector<Value> means_of(const std::vector<Value>& values, const std::vector<int>& joined) {
+  std::vector<Value> means = values;
+  std::vector<double> counts(values.size(), 1);
+  for (std::size_t b = 0; b < values.size(); ++b) {
+    const std::size_t first = joined[b];
+    if (first == b) continue;
+    means[first] += values[b];
+    ++counts[first];
+  }
+  for (std::size_t b = 0; b < values.size(); ++b) {
+    const std::size_t first = joined[b];
+    if (first == b) means[b] /= counts[b];
+    means[b] = means[first];
+  }
+  return means;
+}
+
 /// End of a stitch; its place counts from the border's lattice.
 struct End {
   V3d place{0, 0, 0}, tangent{0, 0, 0}, squeeze{0, 0, 0};
+  void operator+=(const End& e) { place += e.place, tangent += e.tangent, squeeze += e.squeeze; }
+  void operator/=(double count) { place /= count, tangent.normalize(), squeeze /= count; }
 };
 
-/// The ends at all borders.
-std::vector<End> ends_of(const YarnData& yarns, const V2f& period, const std::vector<Border>& borders) {
+/// The ends at all borders; squeezes, of which g and -g are one, as at the first that each is joined to.
+std::vector<End> ends_of(const YarnData& yarns, const V2f& period, const std::vector<Border>& borders,
+                         const std::vector<int>& joined) {
   std::vector<End> ends;
   for_each_curve(yarns, [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> nodes) {
     const Chain chain{curve, nodes, turns_of(curve, period)};
     for (; ends.size() < borders.size() && borders[ends.size()].curve == static_cast<int>(c);) {
       const Border& border = borders[ends.size()];
-      ends.push_back({chain.at(border.node) - border.lattice, chain.tangent(border.node),
-                      curve.squeezes.empty() ? V3d(0) : V3d(curve.squeezes[border.node])});
+      const std::size_t first = joined[ends.size()];
+      End& end = ends.emplace_back(End{chain.at(border.node) - border.lattice, chain.tangent(border.node)});
+      if (!curve.squeezes.empty()) end.squeeze = V3d(curve.squeezes[border.node]);
+      if (end.squeeze.dot(ends[first].squeeze) < 0) end.squeeze = -end.squeeze;
     }
   });
   return ends;
 }
 
-/// Means over the borders that are joined, at each of them.
-std::vector<End> mean_ends(const std::vector<End>& ends, const std::vector<int>& joined) {
-  std::vector<End> means(ends.size());
-  std::vector<double> counts(ends.size());
-  for (std::size_t b = 0; b < ends.size(); ++b) {
-    End& sum = means[joined[b]];
-    const double sense = ends[b].squeeze.dot(ends[joined[b]].squeeze) < 0 ? -1 : 1;
-    sum.place += ends[b].place;
-    sum.tangent += ends[b].tangent;
-    sum.squeeze += ends[b].squeeze * sense;
-    ++counts[joined[b]];
-  }
-  for (std::size_t b = 0; b < ends.size(); ++b) {
-    const std::size_t own = joined[b];
-    if (own != b) continue;
-    means[b] = {means[b].place / counts[b], means[b].tangent.normalized(), means[b].squeeze / counts[b]};
-  }
-  for (std::size_t b = 0; b < ends.size(); ++b) means[b] = means[joined[b]];
-  return means;
-}
-
 /// Moves the yarn between borders so that its ends are the means.
 void join_ends(YarnData& yarns, const V2f& period, const std::vector<Border>& borders) {
-  const std::vector<End> ends = ends_of(yarns, period, borders);
-  std::vector<End> means = mean_ends(ends, joined_borders(yarns));
+  const std::vector<int> joined = joined_borders(yarns);
+  const std::vector<End> ends = ends_of(yarns, period, borders, joined);
+  std::vector<End> means = means_of(ends, joined);
   for (std::size_t b = 0; b < means.size(); ++b)
     means[b].place[runs_up(yarns.curves[borders[b].curve]) ? 1 : 0] = 0;
   constexpr double reach_radii = 5;
@@ -295,9 +296,7 @@ void join_ends(YarnData& yarns, const V2f& period, const std::vector<Border>& bo
       const std::size_t b = first_border + (k + 1) % count;
       const int from = borders[a].node;
       const int to = k + 1 == count ? curve.nodes : borders[b].node;
-      std::vector<double> lengths{0};
-      for (int i = from; i < to; ++i)
-        lengths.push_back(lengths.back() + (chain.at(i + 1) - chain.at(i)).length());
+      const std::vector<double> lengths = lengths_of(chain, from, to);
       for (int i = from; i < to; ++i) {
         // Over a few radii: the rest of a loop stays where it touches others.
         const double s = lengths[i - from] / lengths.back();
@@ -332,7 +331,8 @@ void join_ends(YarnData& yarns, const V2f& period, const std::vector<Border>& bo
 struct Turn {
   double angle = 0;
   double last_order = 2;  ///< of the last two functions of the angle
-  void apply(std::span<double> values, int sense) const {
+  template <class Values>
+  void apply(Values& values, int sense) const {
     const auto turn = [&](int first, int second, double by) {
       const double cosine = std::cos(by);
       const double sine = sense * std::sin(by);
@@ -362,7 +362,8 @@ struct LightEnd {
     return std::size_t{light_values_per_station} * (first + ((k % stations) + stations) % stations);
   }
 };
-using LightValues = std::array<double, light_values_per_station>;
+using LightValues = Eigen::Array<double, light_values_per_station, 1>;
+using StoredLight = Eigen::Array<float, light_values_per_station, 1>;
 
 std::vector<LightEnd> light_ends(const YarnData& yarns, const V2f& period) {
   std::vector<LightEnd> ends;
@@ -390,36 +391,22 @@ std::vector<LightEnd> light_ends(const YarnData& yarns, const V2f& period) {
 }
 
 LightValues light_at(const std::vector<float>& light, const LightEnd& end) {
-  LightValues values;
-  const double fraction = end.station - std::floor(end.station);
-  const auto here = light.begin() + static_cast<std::ptrdiff_t>(end.offset(static_cast<int>(end.station)));
-  const auto next =
-      light.begin() + static_cast<std::ptrdiff_t>(end.offset(static_cast<int>(end.station) + 1));
-  for (std::size_t i = 0; i < values.size(); ++i)
-    values[i] = static_cast<double>(here[i]) * (1 - fraction) + static_cast<double>(next[i]) * fraction;
+  const int whole = static_cast<int>(end.station);
+  const double fraction = end.station - whole;
+  const auto stored = [&](int k) {
+    return Eigen::Map<const StoredLight>(&light[end.offset(k)]).cast<double>();
+  };
+  LightValues values = stored(whole) * (1 - fraction) + stored(whole + 1) * fraction;
   end.turn.apply(values, 1);
   return values;
 }
 
 /// Means at joined borders.
-std::vector<LightValues> mean_light(const std::vector<LightValues>& lights, const std::vector<int>& joined) {
-  std::vector<LightValues> means(lights.size());
-  std::vector<int> counts(lights.size());
-  for (LightValues& mean : means) mean.fill(0);
-  for (std::size_t b = 0; b < lights.size(); ++b) {
-    ++counts[joined[b]];
-    for (std::size_t i = 0; i < lights[b].size(); ++i) means[joined[b]][i] += lights[b][i];
-  }
-  for (std::size_t b = 0; b < lights.size(); ++b)
-    for (double& value : means[b]) value /= std::max(counts[b], 1);
-  for (std::size_t b = 0; b < lights.size(); ++b) means[b] = means[joined[b]];
-  return means;
-}
-
-std::vector<LightValues> lights_at(const std::vector<float>& light, const std::vector<LightEnd>& ends) {
+std::vector<LightValues> mean_light(const std::vector<float>& light, const std::vector<LightEnd>& ends,
+                                    const std::vector<int>& joined) {
   std::vector<LightValues> lights;
   for (const LightEnd& end : ends) lights.push_back(light_at(light, end));
-  return lights;
+  return means_of(lights, joined);
 }
 
 }  // namespace
@@ -483,11 +470,10 @@ void join_light(YarnData& yarns, const V2f& period) {
   const std::vector<LightEnd> ends = light_ends(yarns, period);
   for (std::vector<float>* light : {&yarns.station_light, &yarns.light_through}) {
     for (int sweep = 0; sweep < sweeps && !light->empty(); ++sweep) {
-      const std::vector<LightValues> means = mean_light(lights_at(*light, ends), joined);
+      const std::vector<LightValues> means = mean_light(*light, ends, joined);
       for (std::size_t b = 0; b < ends.size(); ++b) {
         const LightEnd& end = ends[b];
-        LightValues change = light_at(*light, end);
-        for (std::size_t i = 0; i < change.size(); ++i) change[i] = means[b][i] - change[i];
+        LightValues change = means[b] - light_at(*light, end);
         end.turn.apply(change, -1);
         const int whole = static_cast<int>(end.station);
         const double fraction = end.station - whole;
@@ -496,11 +482,8 @@ void join_light(YarnData& yarns, const V2f& period) {
         };
         const double sum = (1 - fraction) * weight(whole) + fraction * weight(whole + 1);
         const int reach = static_cast<int>(std::ceil(end.reach)) + 1;
-        for (int k = whole - reach; k <= whole + 1 + reach; ++k) {
-          float* const values = &(*light)[end.offset(k)];
-          for (std::size_t i = 0; i < change.size(); ++i)
-            values[i] += static_cast<float>(change[i] * weight(k) / sum);
-        }
+        for (int k = whole - reach; k <= whole + 1 + reach; ++k)
+          Eigen::Map<StoredLight>(&(*light)[end.offset(k)]) += (change * weight(k) / sum).cast<float>();
       }
     }
   }
@@ -510,27 +493,25 @@ JointGaps joint_gaps(const YarnData& yarns, const V2f& period) {
   JointGaps gaps;
   const std::vector<int> joined = joined_borders(yarns);
   const std::vector<Border> borders = borders_of(yarns, period);
-  const std::vector<End> ends = ends_of(yarns, period, borders);
-  std::vector<LightValues> lights;
-  if (!yarns.station_light.empty()) lights = lights_at(yarns.station_light, light_ends(yarns, period));
-  const std::vector<LightValues> means = mean_light(lights, joined);
+  const std::vector<End> ends = ends_of(yarns, period, borders, joined);
+  const std::vector<LightEnd> light = light_ends(yarns, period);
+  std::vector<LightValues> means;
+  if (!yarns.station_light.empty()) means = mean_light(yarns.station_light, light, joined);
+  const auto keep = [](double& gap, double other) { gap = std::max(gap, other); };
   for (std::size_t b = 0; b < ends.size(); ++b) {
     const End& one = ends[b];
     const End& other = ends[joined[b]];
     const auto radius = static_cast<double>(yarns.curves[borders[b].curve].radius);
-    const double sense = one.squeeze.dot(other.squeeze) < 0 ? -1 : 1;
-    gaps.place_radii = std::max(gaps.place_radii, (one.place - other.place).length() / radius);
-    gaps.degrees = std::max(
-        gaps.degrees, std::acos(std::min(1.0, one.tangent.dot(other.tangent))) * 180 / std::numbers::pi);
-    gaps.squeeze = std::max(gaps.squeeze, (one.squeeze - other.squeeze * sense).length());
-    if (lights.empty()) continue;
-    double error = 0;
-    double whole = 0;
-    for (std::size_t i = 0; i < transfer_values_per_station; ++i) {
-      error += (lights[b][i] - means[b][i]) * (lights[b][i] - means[b][i]);
-      whole += means[b][i] * means[b][i];
-    }
-    if (whole > 0) gaps.light = std::max(gaps.light, std::sqrt(error / whole));
+    keep(gaps.place_radii, (one.place - other.place).length() / radius);
+    const double cosine = std::min(1.0, one.tangent.dot(other.tangent));
+    keep(gaps.degrees, std::acos(cosine) * 180 / std::numbers::pi);
+    keep(gaps.squeeze, (one.squeeze - other.squeeze).length());
+    if (means.empty()) continue;
+    const auto of_transfer = [](const LightValues& all) { return all.head(transfer_values_per_station); };
+    const double whole = of_transfer(means[b]).matrix().norm();
+    if (whole > 0)
+      keep(gaps.light,
+           of_transfer(light_at(yarns.station_light, light[b]) - means[b]).matrix().norm() / whole);
   }
   return gaps;
 }
