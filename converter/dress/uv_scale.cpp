@@ -12,6 +12,7 @@
 #include <unordered_map>
 
 #include "converter/dress/flatten.h"
+#include "format/base/disjoint_sets.h"
 #include "format/base/guard.h"
 #include "format/scene/framing.h"
 
@@ -170,38 +171,32 @@ std::vector<UvPart> uv_parts(const Scene& scene, const std::map<int, V2i>& mater
     int material;
     V2d uv;
     V3d place;
-    std::size_t above;  // one that is nearer to the first of its part
   };
   std::vector<Vertex> vertices;
-  std::vector<std::size_t> corners;
-  std::map<std::array<double, 6>, std::size_t> known;
+  std::vector<int> corners;
+  DisjointSets sets(0);
+  std::map<std::array<double, 6>, int> known;
   std::set<int> placed;
   for (const SceneInstance& instance : scene.instances) {
     const auto entry = materials_and_sets.find(instance.primitive);
     if (entry == materials_and_sets.end() || !placed.insert(instance.primitive).second) continue;
     const ScenePrimitive& p = scene.primitives[instance.primitive];
     const auto [material, set] = entry->second;
-    const std::size_t begin = vertices.size();
+    const auto begin = static_cast<int>(vertices.size());
     for (std::size_t i = 0; i < p.tex_coords[set].size(); ++i) {
       const V2d& uv = p.tex_coords[set][i];
       const V3d at = V3d(p.positions[i]) * instance.world;
-      const auto same = known.try_emplace({uv.x, uv.y, at.x, at.y, at.z, 1.0 * material}, vertices.size());
-      vertices.push_back({material, uv, at, same.first->second});
+      const int own = sets.add();
+      vertices.push_back({material, uv, at});
+      sets.unite(own, known.try_emplace({uv.x, uv.y, at.x, at.y, at.z, 1.0 * material}, own).first->second);
     }
-    if (vertices.size() > begin)
-      for (const std::uint32_t i : p.indices) corners.push_back(begin + i);
+    if (std::ssize(vertices) > begin)
+      for (const std::uint32_t i : p.indices) corners.push_back(begin + static_cast<int>(i));
   }
-  const auto first_of = [&](std::size_t i) {
-    while (vertices[i].above != i) i = vertices[i].above = vertices[vertices[i].above].above;
-    return i;
-  };
-  for (std::size_t c = 0; c < corners.size(); ++c) {
-    const std::size_t first = first_of(corners[c - c % 3]);
-    vertices[first_of(corners[c])].above = first;
-  }
-  std::map<std::size_t, UvPart> found;
+  for (std::size_t c = 0; c < corners.size(); ++c) sets.unite(corners[c], corners[c - c % 3]);
+  std::map<int, UvPart> found;
   for (std::size_t t = 0; t + 2 < corners.size(); t += 3) {
-    UvPart& part = found[first_of(corners[t])];
+    UvPart& part = found[sets.root(corners[t])];
     const auto corner = [&](std::size_t k) -> const Vertex& { return vertices[corners[t + k]]; };
     const V3d normal = (corner(1).place - corner(0).place).cross(corner(2).place - corner(0).place);
     const double weight = std::max(0.0, normal.dot(way)) + unseen * normal.length();
