@@ -52,8 +52,8 @@ struct DressOptions {
   double rotation_degrees =
       0;             ///< degrees, counter-clockwise on the cloth's face; by right angles unless it is square
   V2d offset{0, 0};  ///< in repeats
-  /// The middle of a repeat lies on the middle of the front (uv_scale.h), its corner on that of materials
-  /// which are not there.
+  /// The middle of a repeat lies on the middle of the front (uv_scale.h), its corner on the corner of
+  /// materials which are not there.
   bool lies_once = false;
   double metres_per_unit = 1;  ///< metres for each unit of the garment's lengths, which glTF takes for metres
   std::optional<double> garment_height =

@@ -23,8 +23,8 @@ struct CellSource {
   const CellTexels* texels = nullptr;  ///< null: yarn alone
 };
 
-/// For pixels of `pixel` repeats along u and v with `samples` samples a side; fewer if the repeat had more than
-/// `max_samples`.
+/// For pixels of `pixel` repeats along u and v with `samples` samples a side; fewer if the repeat had more
+/// than `max_samples`.
 CellSize cell_size(const V2f& pixel, float samples, int max_samples = max_cell_samples);
 
 /// Lets an image show these parts of the repeat, and a margin of pixels around them, if that is less than

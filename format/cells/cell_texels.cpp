@@ -156,7 +156,7 @@ namespace {
 /// Levels of texels of a tile of a map, where fabrics store the first alone.
 constexpr int levels_of_tile = level_count(map_tile_stitches, map_tile_stitches);
 
-/// Texels of a level that an image shows: of a map those of its window.
+/// Texels of a level that an image shows; of a map, the texels of its window.
 struct ImageTexels {
   V2i repeat;       ///< texels of the image's repeat
   V2i first{0, 0};  ///< of the repeat, rows upwards

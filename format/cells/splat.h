@@ -57,7 +57,7 @@ struct ShownPieces {
 void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view,
                  const DepthGrid& window, ShownPieces& shown);
 
-/// What an image repeats, mm.
+/// The repeat of an image, mm.
 V2f image_period(const CellYarn& yarn, const CellSize& size);
 
 /// Slope of rays from a unit direction: rays rise by at least min_ray_rise (lifted.h).

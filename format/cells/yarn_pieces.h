@@ -56,12 +56,12 @@ struct YarnPieces {
     float max_width;  ///< hairs that rays see with at least this radius are not met, mm
   };
   std::vector<Run> runs, groups;
-  /// Of yarn with a map, by its stitches, rows upwards: its plies are in the order of stitches, and begin in
-  /// the first repeat.
+  /// Pieces of a stitch of yarn with a map: plies are in the order of stitches, and begin in the first
+  /// repeat.
   struct Stitch {
     Run plies, hairs;  ///< ranges of runs
   };
-  std::vector<Stitch> stitches;
+  std::vector<Stitch> stitches;   ///< rows upwards
   V2f reach_beyond_stitch{0, 0};  ///< mm
   float min_z = 0, max_z = 0;     ///< mm, of all boxes of stitches
   float relief_about(float plane) const { return std::max(max_z - plane, plane - min_z); }

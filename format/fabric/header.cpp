@@ -37,9 +37,6 @@ class TextIo {
       require_layer(text, header, LayerKind::indirect, header, LayerKind::yarns);
       require_layer(text, header, LayerKind::map, header, LayerKind::yarns);
       require_layer(text, header, LayerKind::map, header, LayerKind::products);
-      for (const LayerKind other : {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light})
-        if (header.layer(LayerKind::map) && header.layer(other))
-          text.add_issue("layers", fmt::format("has a map beside {}", name_of(other)));
     }
     if (!text.has_optional("sides", !header.sides.empty())) return;
     const JsonIo sides = text.object("sides");
@@ -90,6 +87,9 @@ class TextIo {
     const JsonIo layers = text.object("layers");
     const JsonIo digests = text.object("digests");
     if (!layers || !digests) return;
+    constexpr LayerSet without_map{LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light};
+    const bool has_map = text.is_reading() &&
+                         (header.shape.yarns.map_size.x > 0 || layers.input_has(name_of(LayerKind::map)));
     for (const LayerKind kind : all_layers) {
       auto& layer = header.layer(kind);
       const char* name = name_of(kind);
@@ -98,6 +98,7 @@ class TextIo {
         layers.add_issue(name, fmt::format("{} does not have this layer", name_of(header.side)));
         continue;
       }
+      if (has_map && without_map.contains(kind)) layers.add_issue(name, "is beside a map");
       const JsonIo of_layer = layers.object(name);
       if (!of_layer) continue;
       if (!layer) layer.emplace();

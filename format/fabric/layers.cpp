@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
+
 #include "format/exr/exr.h"
 #include "format/fabric/lafortune.h"
 #include "format/fabric/names.h"
@@ -34,8 +36,8 @@ std::string colour_of_direction(const LayerShape&, int channel) {
 std::string number(const LayerShape&, int channel) { return fmt::format("{}", channel); }
 
 /// Channels of a part whose values are spread over the texels of level 0.
-int channels_of(int values, const LayerShape& shape) {
-  return (values + shape.level0_texel_count - 1) / shape.level0_texel_count;
+int channels_of(std::int64_t values, const LayerShape& shape) {
+  return static_cast<int>((values + shape.level0_texel_count - 1) / shape.level0_texel_count);
 }
 
 ValueRange all_finite(const LayerShape&, int) { return finite; }
@@ -71,7 +73,7 @@ constexpr std::array<LayerRow, all_layers.size()> rows{{
      number, all_finite},
     {"map",
      [](const LayerShape& s) {
-       return channels_of(s.yarns.curves + s.yarns.map_size.x * s.yarns.map_size.y, s);
+       return channels_of(s.yarns.curves + std::int64_t{1} * s.yarns.map_size.x * s.yarns.map_size.y, s);
      },
      number, all_finite},
 }};

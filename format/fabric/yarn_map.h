@@ -18,8 +18,8 @@ struct YarnMap {
   V2i size{0, 0};   ///< columns and rows of the cloth's repeat; 0: no map
   /// [row][column] of the cloth's repeat: row * kinds.x + column of a stitch of the yarn.
   std::vector<std::uint16_t> shown;
-  /// Of each curve, the row of stitches that it makes, or of curves along v (repeat_offset.x is 0) the
-  /// column; the stitches along it end where it crosses their borders, and have a node there.
+  /// The row of stitches that each curve makes, or the column of curves along v (repeat_offset.x is 0); the
+  /// stitches along it end where it crosses their borders, and have a node there.
   std::vector<std::int32_t> lines;
   bool empty() const { return size.x == 0; }
   /// The stitch of the yarn at a stitch of the cloth, of any repeat; rows of both counted upwards (y) from v

@@ -222,7 +222,7 @@ class Yarns {
     const YarnMap& map = data_.map;
     return map.empty() ? period_ : period_ * V2f(map.size) / V2f(map.kinds);
   }
-  /// What images show, mm, and variation counts as a repeat: the yarn's, or map_tile_stitches of a map.
+  /// The repeat, mm, of images and of variation: the yarn's, or map_tile_stitches of a map.
   V2f tile() const {
     const YarnMap& map = data_.map;
     return map.empty() ? period_ : period_ * static_cast<float>(map_tile_stitches) / V2f(map.kinds);

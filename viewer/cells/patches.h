@@ -42,7 +42,7 @@ struct ShownPatch {
   float offset = 0;        ///< pixels from where yarn belongs at its border, of parts of a repeat
 };
 
-/// What patches need to know of a fabric.
+/// The facts of a fabric that patches need.
 struct PatchFabric {
   float relief = 0;  ///< distance from the plane of the cloth of what it shows, longer sides of a repeat
   V2f repeats_per_uv{1, 1};  ///< of images: tiles of a map (Yarns::tile()) count as repeats here

@@ -55,7 +55,7 @@ export const framed = (frame) => (level, channel, t) => {
  *   light_grid [columns, rows], functions [views, lights]     default 1 x 3, [1, 2]
  *   pairs        (level) => [[a, b], ...]; default (0, 0) and (1, 1)
  *   yarns        the members of the layer `yarns`: { curves, nodes, stations, fields }
- *   map          those of the layer `map`: { size }
+ *   map          members of the layer `map`: { size }
  *   sides        { back: fixture, ... }: the other sides, in this form
  *   layers       { name: { levels, precision } }, or names only; default: all levels, the usual precision
  *   value        { layer: (level, channel, texel) => number }; undefined: an ordinary value

@@ -1,4 +1,5 @@
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
 
@@ -83,9 +84,17 @@ TEST_CASE("headers of maps are refused in a line") {
     CHECK(verdict({{"layers", {{"map", {{"size", size}}}}}}) == message);
   CHECK(verdict({{"layers", {{"yarns", nullptr}, {"indirect", nullptr}}}}) ==
         "a.exr: /layers/map: there is no layer yarns [FABRIC_MEMBER]");
-  json lobes = {{"levels", {0}}, {"lobes", 1}};
-  CHECK(verdict({{"layers", {{"lobes", lobes}}}, {"digests", {{"lobes", good["digests"]["map"]}}}}) ==
-        "a.exr: /layers: has a map beside lobes [FABRIC_MEMBER]");
+  const auto& digests = good["digests"];
+  const json lobes = {{"layers", {{"lobes", {{"levels", {0}}, {"lobes", 1}}}}},
+                      {"digests", {{"lobes", digests["map"]}}}};
+  CHECK(verdict(lobes) == "a.exr: /layers/lobes: is beside a map [FABRIC_MEMBER]");
+  for (const char* layer : {"frame", "table"}) {
+    json back = {{"provenance", json::object()}, {"views", good["views"]}};
+    back["layers"][layer]["levels"] = {0};
+    back["digests"][layer] = digests["map"];
+    CHECK(verdict({{"sides", {{"back", back}}}}) ==
+          fmt::format("a.exr: /sides/back/layers/{}: is beside a map [FABRIC_MEMBER]", layer));
+  }
 }
 
 TEST_CASE("an arranged fabric has the texel of the stitch that is shown, and means of these by opacity") {

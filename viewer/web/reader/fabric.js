@@ -167,7 +167,7 @@ function check_members(text, report) {
   if (text.layers.map) {
     for (const other of ['yarns', 'products'])
       if (!text.layers[other]) report('FABRIC_MEMBER', '/layers/map', `there is no layer ${other}`);
-    for (const other of NOT_MAPPED) if (text.layers[other]) report('FABRIC_MEMBER', '/layers', `there is a map beside ${other}`);
+    for (const other of NOT_MAPPED) if (text.layers[other]) report('FABRIC_MEMBER', `/layers/${other}`, 'is beside a map');
   }
   drop_half_of_yarn(good.layers);
   return good;

@@ -154,9 +154,9 @@ const of_maps = [
     ['map-of-level-1', `${MAP}/levels`, [1]],
   ]),
   ...['lobes', 'frame', 'table', 'light'].map((layer) => broken(
-    'FABRIC_MEMBER', `map-beside-${layer}`, `a map and the layer ${layer}`, '/layers', others, {...mapped, layers: [...mapped.layers, layer]})),
+    'FABRIC_MEMBER', `map-beside-${layer}`, `a map and the layer ${layer}`, `/layers/${layer}`, others, {...mapped, layers: [...mapped.layers, layer]})),
   broken('FABRIC_CHANNEL', 'map-larger-than-its-part', 'a map of more stitches than its part has', 'map/map.4', {text: set(`${MAP}/size`, [5, 5]), ...others}, mapped),
-  broken('FABRIC_NOT_FINITE', 'map-nan', 'a map with a number that is none', 'map/level 0/map.0', in_map(2, NaN), mapped),
+  broken('FABRIC_NOT_FINITE', 'map-nan', 'a map with a NaN', 'map/level 0/map.0', in_map(2, NaN), mapped),
   ...[
     ['stitch-missing', 'a map that shows stitch 6 of 6', 4, 6], ['stitch-negative', 'a map that shows stitch -1', 4, -1],
     ['stitch-fraction', 'a map that shows half a stitch', 4, 0.5], ['line-missing', 'a curve in row 2 of 2', 1, 2],
