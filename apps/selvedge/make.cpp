@@ -342,6 +342,7 @@ MadeFabric recoloured(const MakeCommand& command) {
   const Fabric last = value_or_throw(read_fabric(command.recolour_path));
   CellOptions options = command.cell;
   options.form = StitchForm::yarn;
+  if (options.kinds.by == KindLimit::By::size && last.find_map() == nullptr) options.kinds = {};
   TerminalProgress relaxation("relax", command.common.quiet);
   options.progress = relaxation.callback();
   const Cell cell = value_or_throw(find_cell(command.input, options));
@@ -459,7 +460,7 @@ void declare_make(Options& options, MakeCommand& command) {
   command.key.declare(options);
   options.add_check([&options, &command] {
     // These need a fabric without a map, which has its yarn and one texel for each stitch.
-    const std::vector<const char*> whole{"--texels", "--bytes", "--keep-samples", "--recolour"};
+    const std::vector<const char*> whole{"--texels", "--bytes", "--keep-samples"};
     const bool is_whole =
         !command.options.bake.stores_yarns || command.options.bake.indirect != IndirectLight::lines ||
         std::ranges::any_of(whole, [&](const char* name) { return options.is_given(name); });
@@ -467,8 +468,7 @@ void declare_make(Options& options, MakeCommand& command) {
       command.cell.kinds = {KindLimit::By::size, command.quality == "draft" ? 100 : 0};
     if (command.cell.kinds.by != KindLimit::By::none && is_whole)
       refuse("--kinds",
-             "needs yarn of standard or draft quality, without --texels, --bytes, --keep-samples and "
-             "--recolour");
+             "needs yarn of standard or draft quality, without --texels, --bytes and --keep-samples");
     const bool many = !command.list_path.empty();
     if (many && options.is_given("input")) refuse("--list", "excludes a stitch");
     if (many)

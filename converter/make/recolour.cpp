@@ -12,6 +12,7 @@
 #include "converter/light/light_bands.h"
 #include "converter/make/fallback_factors.h"
 #include "converter/make/pack_yarn.h"
+#include "converter/mesh/map_joints.h"
 #include "fitter/budget/candidates.h"
 #include "format/base/parallel.h"
 #include "format/fabric/evaluate.h"
@@ -69,17 +70,15 @@ SomeViews sample_some(const YarnSampler& sampler, const Fabric& side) {
   return some;
 }
 
-/// Mean alpha f that a level shows of a texel over the pairs, and that it should.
-std::array<V3d, 2> means_of(const FabricLevel& level, const Fabric& side, int texel,
-                            const std::vector<DirectionPair>& pairs, const LevelTruth& truth) {
-  std::array<V3d, 2> means{V3d(0), V3d(0)};
+/// Adds alpha f that a level shows of a texel over the pairs, and that it should.
+void add_texel(const FabricLevel& level, const Fabric& side, int texel,
+               const std::vector<DirectionPair>& pairs, const LevelTruth& truth, std::array<V3d, 2>& sums) {
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const Shading s =
         evaluate(level, side, texel % level.width, texel / level.width, pairs[p].light, pairs[p].view);
-    means[0] += V3d(s.radiance * s.alpha);
-    means[1] += truth.pairs[p][texel];
+    sums[0] += V3d(s.radiance * s.alpha);
+    sums[1] += truth.pairs[p][texel];
   }
-  return means;
 }
 
 /// Gives every texel its mean.
@@ -87,7 +86,9 @@ void scale_lobes(FabricLevel& level, const Fabric& side, const std::vector<Direc
                  const LevelTruth& truth) {
   const auto count = static_cast<std::size_t>(parameter_count(level.lobe_count()));
   for (int t = 0; t < level.texels(); ++t) {
-    const auto [shown, wanted] = means_of(level, side, t, pairs, truth);
+    std::array<V3d, 2> sums{V3d(0), V3d(0)};
+    add_texel(level, side, t, pairs, truth, sums);
+    const auto& [shown, wanted] = sums;
     for (int c = 0; c < 3; ++c) {
       const auto factor = static_cast<float>(shown[c] > 0 ? wanted[c] / shown[c] : 1);
       const std::span<float> lobes = level.lobes().subspan((t * 3 + c) * count, count);
@@ -149,7 +150,11 @@ void refit_light(Fabric& side, const SomeViews& some, const std::vector<SampleLe
 void match_means(Fabric& side, const std::vector<DirectionPair>& pairs, const LevelTruth& truth) {
   const auto shared = shared_bases(side);
   if (!shared || !side.levels.back().has(LayerKind::products)) return;
-  const auto [shown, wanted] = means_of(side.levels.back(), side, 0, pairs, truth);
+  // Of a map the coarsest level has all stitches.
+  std::array<V3d, 2> sums{V3d(0), V3d(0)};
+  for (int t = 0; t < side.levels.back().texels(); ++t)
+    add_texel(side.levels.back(), side, t, pairs, truth, sums);
+  const auto& [shown, wanted] = sums;
   // As fine as a fit's (texel_basis()), of cloth that is as bright.
   float largest = 0;
   auto bases = std::make_shared<ProductBases>(*shared);
@@ -200,7 +205,8 @@ bool differs_only_in_colour(const Fabric& fabric, const YarnCell& cell) {
   const auto& stored = fabric.levels.front().yarns();
   const YarnData& yarns = cell.yarns;
   if (!stored || stored->data().curves.size() != yarns.curves.size() ||
-      stored->data().nodes.size() != yarns.nodes.size() || stored->period() != V2f(cell.period))
+      stored->data().nodes.size() != yarns.nodes.size() || stored->period() != V2f(cell.period) ||
+      stored->data().map != yarns.map)
     return false;
   float tolerance = 1;
   for (std::size_t c = 0; c < yarns.curves.size(); ++c) {
@@ -231,6 +237,7 @@ Fabric recolour(const Fabric& fabric, const YarnCell& cell) {
     recolour_texels(side, sampler);
     other = std::make_shared<const Fabric>(std::move(side));
   }
+  if (!yarns.map.empty()) join_light(yarns, last.period());
   result.levels.front().set_yarns(
       std::make_shared<const Yarns>(packed_if_large(std::move(yarns)), last.period()));
   result.accuracy = "{}";

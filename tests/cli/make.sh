@@ -52,6 +52,22 @@ test_a_fabric_is_recoloured_by_the_stitch_in_other_colours() {
   holds 'r.content.recipe.set.colour === "#1b2a49" && r.content.recipe.quality === "draft"'
   exits 0 selvedge check navy.fabric.exr
   refuses OPTION_OUT_OF_RANGE 'grey.fabric.exr: --recolour' selvedge make purl --recolour grey.fabric.exr -o purl.fabric.exr
+  # A map stays, and yarn and its light are what a make has.
+  local map=(--kinds 36 --quality draft --quiet)
+  for row in {1..12}; do echo "$row: k12 [A$((row % 4 + 1)) B$((row % 3 + 3)) A$((8 - row % 4 - row % 3))]"; done >rows.txt
+  { printf 'yarn A: albedo=#e6dcc4 yarn=tube\nyarn B: albedo=#1f3c6e yarn=tube\n' && cat rows.txt; } >blue.txt
+  sed 's/#1f3c6e/#8a2020/' blue.txt >red.txt
+  sed 's/\[A4 B3/[A3 B4/' blue.txt >moved.txt
+  selvedge make blue.txt "${map[@]}" -o blue.fabric.exr
+  selvedge make red.txt "${map[@]}" -o red.fabric.exr
+  selvedge make red.txt "${map[@]}" --recolour blue.fabric.exr -o dyed.fabric.exr
+  exits 0 selvedge check dyed.fabric.exr
+  exits 0 selvedge info red.fabric.exr --json
+  local digests
+  digests=$(sed -n '/"digests": {/,/^    },/p' "$scratch/out" | tr -d ' \n')
+  exits 0 selvedge info dyed.fabric.exr --json
+  for layer in map yarns indirect; do holds "'$digests'.includes(r.content.digests.$layer[0])"; done
+  refuses OPTION_OUT_OF_RANGE 'blue.fabric.exr: --recolour' selvedge make moved.txt "${map[@]}" --recolour blue.fabric.exr -o o.exr
 }
 
 test_a_make_without_a_quality_is_the_standard_one() {
