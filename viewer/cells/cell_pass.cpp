@@ -111,8 +111,7 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, std::sp
                 .options = view.options,
                 .supersample = supersample,
                 .lights = lights_,
-                .crops_to_parts = true,
-                .may_show_parents = true});
+                .is_economical = true});
   light_vertices();
   slope_vertices();
   // Marks of large triangles and of parts need planes; others get them once they are seen.

@@ -52,6 +52,18 @@ double image_bytes(const CellView& view) {
   return of_texel * (texels.x + 1) * (texels.y + 1);
 }
 
+/// Parts of the repeat that a patch covers.
+RepeatParts parts_of(const ShownPatch& shown, int units_per_repeat) {
+  RepeatParts parts = 0;
+  const int count = std::max(shown.units_per_side * parts_per_side / units_per_repeat, 1);
+  for (int axis = 0; axis < 2; ++axis) {
+    const int unit = shown.first_unit[axis] & (units_per_repeat - 1);
+    const std::uint32_t first = (std::uint32_t{1} << count) - 1;
+    parts |= RepeatParts{first << unit * parts_per_side / units_per_repeat} << (parts_per_side * axis);
+  }
+  return parts;
+}
+
 }  // namespace
 
 V3f mean_radiance(const SmoothLight& light, const V3f& n) {
@@ -80,39 +92,43 @@ float CellLights::brightness(const V3f& normal, const V3f& point, const SmoothLi
   return std::clamp(sum, 1e-30F, 1e30F);
 }
 
-/// An image, and what it was made for. Counts its bytes.
-struct CellStore::Kept {
+/// The purpose of an image.
+struct CellStore::Purpose {
+  CellView view;
+  V2f pixel_width_texels{1, 1};
+  RepeatParts parts = whole_repeat;
+  /// Lights with a plane of their own; of the others, those that shine.
+  std::uint32_t plane_lights = 0, lit = 0;
+  float brightness = 1;
+};
+
+/// An image. Counts its bytes.
+struct CellStore::Kept : Purpose {
   explicit Kept(std::size_t& all_bytes) : bytes(all_bytes) {}
   Kept(const Kept&) = delete;
   Kept& operator=(const Kept&) = delete;
   ~Kept() { bytes -= image.bytes(); }
   std::size_t& bytes;
   CellImage image;
-  CellView view;
-  V2f pixel_width_texels{1, 1};
   float samples = 1;
-  int forced = -1;     ///< LevelOptions::forced
-  bool moved = false;  ///< made while the picture moved
-  RepeatParts parts = whole_repeat;
-  std::uint32_t plane_lights = 0,
-                lit = 0;  ///< lights with a plane of their own; of the others, those that shine
-  float brightness = 1;
+  int forced = -1;           ///< LevelOptions::forced
+  bool moved = false;        ///< made while the picture moved
   std::uint64_t used = 0;    ///< call of make()
   std::uint64_t number = 0;  ///< CellLook::image
 };
 
-struct CellStore::Wanted {
-  CellView view;
+struct CellStore::Wanted : Purpose {
   CellSource source;
   const Fabric* fabric = nullptr;
   V2f period{1, 1};  ///< mm, of what an image repeats
   bool shows_map = false;
-  V2i first_stitch{0, 0};  ///< CellSize::first_stitch
-  V2f pixel_width_texels{1, 1};
-  RepeatParts parts = whole_repeat;
-  float around = part_margin_pixels;  ///< pixels
-  std::uint32_t plane_lights = 0, lit = 0;
-  float brightness = 1;
+  V2i first_stitch{0, 0};             ///< CellSize::first_stitch
+  float margin = part_margin_pixels;  ///< pixels
+  /// The yarn's; null where it does not vary.
+  const Variation* variation() const {
+    const Variation* const own = source.yarn != nullptr ? &source.yarn->yarns().variation() : nullptr;
+    return own != nullptr && own->varies() ? own : nullptr;
+  }
 };
 
 struct CellStore::Work {
@@ -143,8 +159,8 @@ std::shared_ptr<std::vector<CellStore::Cloth>> CellStore::cloths_of(std::span<co
       if (!side.yarn) continue;
       const Yarns& yarns = side.yarn->yarns();
       const float plane = side.yarn->reference_height();
-      const float most = std::max(yarns.geometry().max_z - plane, plane - yarns.geometry().min_z);
-      cloth.patches = {std::max(cloth.patches.relief, most / std::max(yarns.tile().x, yarns.tile().y)),
+      const float relief = std::max(yarns.geometry().max_z - plane, plane - yarns.geometry().min_z);
+      cloth.patches = {std::max(cloth.patches.relief, relief / std::max(yarns.tile().x, yarns.tile().y)),
                        V2f(yarns.tiles_per_repeat()), !yarns.data().map.empty()};
       cloth.transmitted_fraction = transmitted_by_yarn;
       cloth.has_yarn = true;
@@ -182,19 +198,18 @@ void CellStore::exchange_fabric(const FabricSides& fabric, const CellStore* shar
 CellStore::~CellStore() = default;
 
 bool CellStore::needs_neighbours(PatchSide patch) const {
-  if (!patches_.is_part(patch / 2)) return false;
   Wanted one;
   set_pixel(one, patch);
-  return (has_windows_ || one.shows_map) && one.source.yarn != nullptr &&
-         one.source.yarn->yarns().variation().varies();
+  return patches_.is_part(patch / 2) && (is_economical_ || one.shows_map) && one.variation() != nullptr;
 }
 
 RepeatPlace CellStore::lookup_place(PatchSide patch, const RepeatPlace& place) const {
   Wanted one;
   set_pixel(one, patch);
-  if (one.source.yarn == nullptr || !one.source.yarn->yarns().variation().varies()) return place;
-  const Variation& variation = one.source.yarn->yarns().variation();
-  return displaced_place(variation, place, offset_weight(variation_fade(variation, one.pixel_width_texels)));
+  const Variation* const variation = one.variation();
+  if (variation == nullptr) return place;
+  return displaced_place(*variation, place,
+                         offset_weight(variation_fade(*variation, one.pixel_width_texels)));
 }
 
 bool CellStore::is_made(PatchSide patch) const { return kept_[patch] && kept_[patch]->used >= frame_; }
@@ -204,8 +219,7 @@ void CellStore::begin(const CellFrame& frame) {
   interrupts_ = &frame.options;
   options_ = frame.options.cells;
   levels_ = frame.options.levels;
-  has_windows_ = frame.crops_to_parts;
-  may_be_late_ = frame.may_show_parents;
+  is_economical_ = frame.is_economical;
   options_.scale_to_frame_pixels(frame.supersample, levels_.footprint_pixels);
   lights_ = frame.lights;
   lights_.origin = origin_;
@@ -231,22 +245,6 @@ CellMemory CellStore::end() {
   return memory_;
 }
 
-namespace {
-
-/// Parts of the repeat that a patch covers.
-RepeatParts parts_of(const ShownPatch& shown, int units_per_repeat) {
-  RepeatParts parts = 0;
-  const int count = std::max(shown.units_per_side * parts_per_side / units_per_repeat, 1);
-  for (int axis = 0; axis < 2; ++axis) {
-    const int unit = shown.first_unit[axis] & (units_per_repeat - 1);
-    const std::uint32_t first = (std::uint32_t{1} << count) - 1;
-    parts |= RepeatParts{first << unit * parts_per_side / units_per_repeat} << (parts_per_side * axis);
-  }
-  return parts;
-}
-
-}  // namespace
-
 /// Levels and size of an image for pixels that are so much larger.
 void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
   const V2f shown = wanted.pixel_width_texels * levels_.footprint_pixels;
@@ -254,7 +252,7 @@ void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
   const V2f finest = wanted.pixel_width_texels * std::min(levels_.footprint_pixels, 1.0F);
   CellLevels& levels = wanted.view.levels = shown_levels(*wanted.fabric, finest, levels_.forced_level);
   if (levels.yarn_weight > 0) {
-    // Of images with so many pieces, further samples cost little.
+    // Further samples of so many pieces cost little.
     if (wanted.source.yarn->has_large_cell() && !options_.is_moving) samples *= samples_of_large_cell;
     wanted.view.size =
         cell_size(shown * larger, samples, wanted.shows_map ? options_.max_tile_samples : max_cell_samples);
@@ -265,7 +263,7 @@ void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
   wanted.view.size.shows_map = wanted.shows_map;
   wanted.view.size.first_stitch = wanted.first_stitch;
   if (wanted.parts != whole_repeat && (levels.yarn_weight == 1 || wanted.shows_map))
-    set_window(wanted.parts, wanted.around, wanted.view.size);
+    set_window(wanted.parts, wanted.margin, wanted.view.size);
 }
 
 /// Sets the fabric, whose number it returns, and the pixels of a patch.
@@ -278,14 +276,14 @@ int CellStore::set_pixel(Wanted& wanted, PatchSide patch) const {
   wanted.shows_map = (*cloths_)[fabric].patches.has_map;
   const ShownPatch& shown = patches_.shown(patch / 2);
   wanted.pixel_width_texels = shown.pixel_width_texels;
-  if (!(has_windows_ || wanted.shows_map) || !patches_.is_part(patch / 2)) return fabric;
+  if (!(is_economical_ || wanted.shows_map) || !patches_.is_part(patch / 2)) return fabric;
   const V2i repeat = patches_.repeat_of(patch / 2);
   wanted.first_stitch = V2i(repeat.x, -1 - repeat.y) * map_tile_stitches;
   wanted.parts = parts_of(shown, patches_.units_per_repeat());
-  wanted.around += shown.offset;
+  wanted.margin += shown.offset;
   // Rows that leave their places: pages look no neighbours up.
   if (wanted.shows_map)
-    wanted.around += max_row_offset / (static_cast<float>(map_tile_stitches) *
+    wanted.margin += max_row_offset / (static_cast<float>(map_tile_stitches) *
                                        std::min(shown.pixel_width_texels.x, shown.pixel_width_texels.y));
   return fabric;
 }
@@ -367,10 +365,8 @@ float CellStore::outdated(const Kept& kept, const Wanted& wanted, float samples)
   if (kept.view.lamps.size() < wanted.view.lamps.size() || kept.forced != levels_.forced_level ||
       kept.moved > options_.is_moving || (wanted.parts & ~kept.parts) != 0)
     return HUGE_VALF;
-  const float ratio = std::max({wanted.pixel_width_texels.x / kept.pixel_width_texels.x,
-                                kept.pixel_width_texels.x / wanted.pixel_width_texels.x,
-                                wanted.pixel_width_texels.y / kept.pixel_width_texels.y,
-                                kept.pixel_width_texels.y / wanted.pixel_width_texels.y});
+  const V2f wider = wanted.pixel_width_texels / kept.pixel_width_texels;
+  const float ratio = std::max({wider.x, 1 / wider.x, wider.y, 1 / wider.y});
   if (ratio > 2) return HUGE_VALF;
   float worst = 2 * (ratio - 1);
   const auto turn = [](const V3f& a, const V3f& b) { return (a - b).length(); };
@@ -431,11 +427,11 @@ double CellStore::bytes_of(std::span<const PatchNeed> needs) const {
 std::optional<float> CellStore::budget(std::span<Work> all, float samples, const CellRequest& request) {
   const auto most = static_cast<double>(options_.memory_bytes);
   double full = 0;
-  for (const Work& work : all) full += image_bytes(work.wanted.view);
   for (const Work& work : all) {
+    const double bytes = image_bytes(work.wanted.view);
+    full += bytes;
     // A patch that another call of this frame has seen counts once.
-    if (request.coarsening == 0 && (!work.kept || work.kept->used < frame_))
-      demand_ += image_bytes(work.wanted.view);
+    if (request.coarsening == 0 && !is_made(work.patch)) demand_ += bytes;
   }
   if (request.coarsening == 0) {
     // Images that the next frame shows again have room beside each other.
@@ -476,7 +472,7 @@ bool CellStore::postpone(std::span<const Work> all) {
     missing += work.outdated == HUGE_VALF ? work.cost : 0;
     whole += work.cost;
   }
-  if (!may_be_late_ || options_.remade_fraction == 1 || missing < std::max(max_missing, 0.3 * whole))
+  if (!is_economical_ || options_.remade_fraction == 1 || missing < std::max(max_missing, 0.3 * whole))
     return false;
   bool any = false;
   for (const Work& work : all) {
@@ -497,7 +493,7 @@ std::vector<CellStore::Work*> CellStore::order(std::span<Work> all) {
     if (work.outdated > (options_.remade_fraction < 1 ? 0.25F : 0)) order.push_back(&work);
     work.change = work.outdated * patches_.shown_area(work.patch / 2);
     // A patch that another call of this frame has seen counts once.
-    if (kept_[work.patch] && kept_[work.patch]->used >= frame_) continue;
+    if (is_made(work.patch)) continue;
     const V2f& pixel = work.wanted.pixel_width_texels;
     const double of_repeat = 1 / std::max(std::min(pixel.x, pixel.y) * fresh_pixels, 1e-6F);
     const double less = options_.remade_fraction < 1 ? std::clamp(of_repeat, min_fresh, 1.0) : 1;
@@ -537,15 +533,11 @@ void CellStore::render(std::span<const Work> all, std::span<Work* const> order, 
     Wanted& made = order[i]->wanted;
     Kept& kept = *order[i]->kept;
     make_cell_image(made.source, made.view, scratch, kept.image);
-    kept.view = std::move(made.view);
-    kept.pixel_width_texels = made.pixel_width_texels;
+    static_cast<Purpose&>(kept) = std::move(made);
+    if (kept.view.size.is_whole()) kept.parts = whole_repeat;
     kept.samples = samples;
     kept.forced = levels_.forced_level;
     kept.moved = options_.is_moving;
-    kept.parts = kept.view.size.is_whole() ? whole_repeat : made.parts;
-    kept.plane_lights = made.plane_lights;
-    kept.lit = made.lit;
-    kept.brightness = made.brightness;
   });
   for (const Work* work : order) bytes_ += work->kept->image.bytes();
   // An interrupted frame lacks parts.
@@ -581,10 +573,8 @@ CellLook CellStore::look_of(const Work& work) const {
     look.parallax = {slope.x, slope.y, image.height_step * image.repeat_texels.x / work.wanted.period.x,
                      image.height_step * image.repeat_texels.y / work.wanted.period.y};
   }
-  if (work.wanted.source.yarn != nullptr) {
-    const Variation& variation = work.wanted.source.yarn->yarns().variation();
-    if (variation.varies()) look.variation = &variation;
-    look.fade = variation_fade(variation, work.wanted.pixel_width_texels);
+  if (const Variation* const variation = look.variation = work.wanted.variation(); variation != nullptr) {
+    look.fade = variation_fade(*variation, work.wanted.pixel_width_texels);
     look.offset_weight = offset_weight(look.fade);
   }
   return look;
@@ -599,8 +589,7 @@ CellLook& CellStore::own_look(PatchSide patch) {
 }
 
 void CellStore::share_look(PatchSide patch, PatchSide other) {
-  const CellLook look = this->look(other);
-  own_look(patch) = look;
+  own_look(patch) = CellLook(look(other));  // a copy: looks_ may grow
   aliases_.push_back(patch);
 }
 
@@ -649,8 +638,8 @@ void CellStore::trim(double coming) {
     return static_cast<double>(bytes_) + coming <= static_cast<double>(options_.memory_bytes);
   };
   if (fits()) return;
-  std::stable_sort(alive_.begin(), alive_.end(),
-                   [&](PatchSide a, PatchSide b) { return kept_[a]->used > kept_[b]->used; });
+  std::ranges::stable_sort(alive_, std::ranges::greater(),
+                           [&](PatchSide patch) { return kept_[patch]->used; });
   while (!fits() && !alive_.empty() && kept_[alive_.back()]->used < call_) {
     kept_[alive_.back()].reset();
     own_look(alive_.back()) = {};

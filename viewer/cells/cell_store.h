@@ -51,8 +51,9 @@ struct CellFrame {
   const DrawOptions& options;
   int supersample = 1;  ///< pixels of the frame along either side of a pixel of the picture
   CellLights lights;
-  bool crops_to_parts = false;    ///< images of patches that are parts of a repeat show these alone
-  bool may_show_parents = false;  ///< while it moves, patches without time for an image show their parents'
+  /// Images of patches that are parts of a repeat show these alone, and while it moves, patches without time
+  /// for an image show their parents'.
+  bool is_economical = false;
 };
 
 /// A call of CellStore::make().
@@ -140,6 +141,7 @@ class CellStore {
   void share_look(PatchSide patch, PatchSide other);
 
  private:
+  struct Purpose;
   struct Kept;
   struct Wanted;
   struct Work;
@@ -196,8 +198,7 @@ class CellStore {
   LevelOptions levels_;
   const DrawOptions* interrupts_ = nullptr;  ///< DrawOptions::is_interrupted()
   CellLights lights_;
-  bool has_windows_ = false;
-  bool may_be_late_ = false;
+  bool is_economical_ = false;      ///< CellFrame::is_economical
   std::vector<std::uint8_t> late_;  ///< by patch and side
   std::uint64_t call_ = 0;          ///< of make()
   std::uint64_t frame_ = 0;         ///< first call of the frame
