@@ -475,7 +475,6 @@ void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView
                  const DepthGrid& window, ShownPieces& shown) {
   shown.plies.clear();
   shown.hairs.clear();
-  const int last = view.has_hairs ? pieces.count() : pieces.ply_piece_count;
   const V2f period = image_period(yarn, window.size);
   const float plane = yarn.reference_height();
   const WindowAxis x(period.x, window.period.x, window.window_origin.x, window.width, view.slope.x, plane);
@@ -484,51 +483,42 @@ void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView
       std::min(std::max(view.ray_width / 2, pieces.thickest_hair_radius), pieces.widest_hair_radius);
   const float min_shown_radius = std::min(view.ray_width / 2, pieces.min_hair_bound);
   constexpr float rounding = 1.001F;
-  const auto meets = [&](const YarnPieces::Run& run, bool is_hair, const V2f& shift = {0, 0}) {
+  const auto meets = [&](const YarnPieces::Run& run, bool is_hair, const V2f& shift) {
+    const V3f& low = run.box.min;
+    const V3f& high = run.box.max;
     const float wider = is_hair ? hair_radius : 0;
     return min_shown_radius < rounding * run.max_width &&
-           x.meets(run.low.x + shift.x, run.high.x + shift.x, run.low.z, run.high.z, wider) &&
-           y.meets(run.low.y + shift.y, run.high.y + shift.y, run.low.z, run.high.z, wider);
+           x.meets(low.x + shift.x, high.x + shift.x, low.z, high.z, wider) &&
+           y.meets(low.y + shift.y, high.y + shift.y, low.z, high.z, wider);
   };
-  if (window.size.shows_map) {
-    const YarnMap& map = yarn.yarns().data().map;
-    const V2f cell = yarn.yarns().period() / V2f(map.kinds);
-    const V2i origin = window.size.unwrapped_origin();
-    V2i first;
-    V2i end;
-    for (int axis = 0; axis < 2; ++axis) {
-      const float texel = period[axis] / static_cast<float>(window.period[axis]);
-      const float around = pieces.reach_beyond_stitch[axis] + hair_radius +
-                           std::abs(view.slope[axis]) * (pieces.relief_about(plane) + hair_radius) + texel;
-      const float from = static_cast<float>(origin[axis]) * texel;
-      const float to = from + static_cast<float>(axis == 0 ? window.width : window.height) * texel;
-      first[axis] = static_cast<int>(std::floor((from - around) / cell[axis]));
-      end[axis] = static_cast<int>(std::ceil((to + around) / cell[axis]));
-    }
-    for (int row = first.y; row < end.y; ++row) {
-      for (int column = first.x; column < end.x; ++column) {
-        const V2i kind = map.shown_upwards(window.size.first_stitch + V2i(column, row));
-        const V2f shift = V2f(V2i(column, row) - kind) * cell;
-        const auto& [plies, hairs] = pieces.stitches[std::size_t{1} * kind.y * map.kinds.x + kind.x];
-        for (const bool is_hair : {false, true}) {
-          const YarnPieces::Run& all = is_hair ? hairs : plies;
-          if ((is_hair && !view.has_hairs) || !meets(all, is_hair, shift)) continue;
-          for (int i = all.range.begin; i < all.range.end; ++i)
-            if (meets(pieces.runs[i], is_hair, shift))
-              append(pieces.runs[i].range, shift, is_hair ? shown.hairs : shown.plies);
-        }
-      }
-    }
-    return;
+  const YarnMap& map = yarn.yarns().data().map;
+  const V2f cell = yarn.yarns().period() / V2f(map.kinds);
+  const float relief = std::max(pieces.box.max.z - plane, plane - pieces.box.min.z);
+  V2i first(0, 0);
+  V2i end = map.kinds;
+  for (int axis = 0; axis < 2 && window.size.shows_map; ++axis) {
+    const float texel = period[axis] / static_cast<float>(window.period[axis]);
+    const float around = pieces.reach_beyond_stitch[axis] + hair_radius +
+                         std::abs(view.slope[axis]) * (relief + hair_radius) + texel;
+    const float from = static_cast<float>(window.size.unwrapped_origin()[axis]) * texel;
+    const float to = from + static_cast<float>(axis == 0 ? window.width : window.height) * texel;
+    first[axis] = static_cast<int>(std::floor((from - around) / cell[axis]));
+    end[axis] = static_cast<int>(std::ceil((to + around) / cell[axis]));
   }
-  for (const YarnPieces::Run& group : pieces.groups) {
-    const int first = pieces.runs[group.range.begin].range.begin;
-    const bool is_hair = first >= pieces.ply_piece_count;
-    if (first >= last) break;
-    if (!meets(group, is_hair)) continue;
-    for (int i = group.range.begin; i < group.range.end; ++i)
-      if (meets(pieces.runs[i], is_hair))
-        append(pieces.runs[i].range, {0, 0}, is_hair ? shown.hairs : shown.plies);
+  for (V2i at = first; at.y < end.y; at = at.x + 1 < end.x ? at + V2i(1, 0) : V2i(first.x, at.y + 1)) {
+    const V2i kind = window.size.shows_map ? map.shown_upwards(window.size.first_stitch + at) : at;
+    const V2f shift = V2f(at - kind) * cell;
+    const auto add = [&](const PieceRange& groups, bool is_hair, std::vector<ShownRange>& to) {
+      for (int k = groups.begin; k < groups.end; ++k) {
+        const YarnPieces::Run& group = pieces.groups[k];
+        if (!meets(group, is_hair, shift)) continue;
+        for (int i = group.range.begin; i < group.range.end; ++i)
+          if (meets(pieces.runs[i], is_hair, shift)) append(pieces.runs[i].range, shift, to);
+      }
+    };
+    const YarnPieces::Stitch& stitch = pieces.stitches[std::size_t{1} * kind.y * map.kinds.x + kind.x];
+    add(stitch.plies, false, shown.plies);
+    if (view.has_hairs) add(stitch.hairs, true, shown.hairs);
   }
 }
 

@@ -75,27 +75,30 @@ std::vector<int> stitches_of(const YarnMap& map, const V2f& period, const YarnCu
   return stitches;
 }
 
-/// Moves a piece of a ply by whole repeats into its stitch, by that along its curve; returns the number of
-/// the stitch.
-int move_into_stitch(const Yarns& yarns, int along_curve, Yarns::Segment& s) {
+/// A piece, and the number of its stitch; without a map 0.
+using NumberedPiece = std::pair<int, Yarns::Segment>;
+
+/// Moves a piece of a ply by whole repeats into its stitch; its number is the one along its curve before.
+void move_into_stitch(const Yarns& yarns, NumberedPiece& piece) {
   const YarnMap& map = yarns.data().map;
+  auto& [number, s] = piece;
   const int along = yarns.data().curves[s.curve].repeat_offset.x == 0 ? 1 : 0;
   const int line = map.lines[s.curve];
   V2i stitch;
   for (int axis = 0; axis < 2; ++axis) {
     const auto count = static_cast<float>(map.kinds[axis]);
-    stitch[axis] = axis == along ? along_curve : axis == 0 ? line : map.kinds.y - 1 - line;
+    stitch[axis] = axis == along ? number : axis == 0 ? line : map.kinds.y - 1 - line;
     const float at = (s.start[axis] + s.along[axis] / 2) / yarns.period()[axis] * count;
     // It may bulge over its line and its borders, by less than half the repeat.
     s.start[axis] -=
         std::round((at - 0.5F - static_cast<float>(stitch[axis])) / count) * yarns.period()[axis];
   }
-  return stitch.y * map.kinds.x + stitch.x;
+  number = stitch.y * map.kinds.x + stitch.x;
 }
 
 /// Hairs that vanish together are in one vector of the splatter; in large cells hairs of one place, and with
-/// a map of one stitch. Returns the numbers of stitches, or places.
-std::vector<int> sort_hairs(const Yarns& yarns, bool is_small, std::vector<Yarns::Segment>& hairs) {
+/// a map of one stitch.
+void sort_hairs(const Yarns& yarns, bool is_small, std::vector<NumberedPiece>& hairs) {
   const V2f& period = yarns.period();
   const YarnMap& map = yarns.data().map;
   V2i places = map.kinds;
@@ -104,129 +107,81 @@ std::vector<int> sort_hairs(const Yarns& yarns, bool is_small, std::vector<Yarns
     for (int axis = 0; axis < 2; ++axis)
       places[axis] = static_cast<int>(std::ceil(period[axis] * std::sqrt(per_area)));
   }
-  const auto place = [&](const Yarns::Segment& s) {
+  for (auto& [place, s] : hairs) {
     V2i at;
     for (int axis = 0; axis < 2; ++axis) {
       const float middle = (s.start[axis] + s.along[axis] / 2) / period[axis];
       at[axis] = static_cast<int>((middle - std::floor(middle)) * static_cast<float>(places[axis]));
     }
-    return at.y * places.x + at.x;
-  };
-  std::ranges::stable_sort(hairs, {},
-                           [&](const Yarns::Segment& s) { return std::pair(place(s), -min_empty_width(s)); });
-  std::vector<int> numbers;
-  for (const Yarns::Segment& s : hairs) numbers.push_back(place(s));
-  return numbers;
+    place = at.y * places.x + at.x;
+  }
+  std::ranges::stable_sort(hairs, {}, [&](const NumberedPiece& hair) {
+    return std::pair(hair.first, -min_empty_width(hair.second));
+  });
+  for (NumberedPiece& hair : hairs) hair.first = map.empty() ? 0 : hair.first;
 }
 
 /// The box of a piece: of a hair around its axis, in the first repeat.
-std::pair<V3f, V3f> box_of(const Yarns::Segment& s, bool is_hair, const V2f& period) {
+YarnPieces::Run box_of(const Yarns::Segment& s, bool is_hair, const V2f& period) {
   // As the splatter's boxes.
-  const float wide = is_hair ? 0 : s.half_width(s.radius);
-  V3f low;
-  V3f high;
+  const V3f wide(is_hair ? 0 : s.half_width(s.radius));
   V3f start = s.start;
   // Hairs of one place may root in different repeats.
   for (int axis = 0; axis < 2 && is_hair; ++axis) {
     const float middle = s.start[axis] + s.along[axis] / 2;
     start[axis] -= std::floor(middle / period[axis]) * period[axis];
   }
-  for (int axis = 0; axis < 3; ++axis) {
-    low[axis] = start[axis] + std::min(s.along[axis], 0.0F) - wide;
-    high[axis] = start[axis] + std::max(s.along[axis], 0.0F) + wide;
+  Imath::Box3f box;
+  for (const V3f& end : {start, start + s.along}) {
+    box.extendBy(end - wide);
+    box.extendBy(end + wide);
   }
-  return {low, high};
+  return {{}, box, is_hair ? s.radius / s.hair_threshold : HUGE_VALF};
 }
 
-float max_width_of(const Yarns::Segment& s, bool is_hair) {
-  return is_hair ? s.radius / s.hair_threshold : HUGE_VALF;
+/// Adds a piece or a run to the last run or group, if it follows and there is room, else to a new one.
+void add_to(std::vector<YarnPieces::Run>& runs, const YarnPieces::Run& part, bool follows) {
+  const int next = runs.empty() ? 0 : runs.back().range.end;
+  if (!follows || next == 0 || next - runs.back().range.begin == run_length)
+    runs.push_back({{next, next}, {}, part.max_width});
+  YarnPieces::Run& run = runs.back();
+  ++run.range.end;
+  run.box.extendBy(part.box);
+  run.max_width = std::max(run.max_width, part.max_width);
 }
 
-void grow(YarnPieces::Run& run, const V3f& low, const V3f& high, float max_width) {
-  for (int axis = 0; axis < 3; ++axis) {
-    run.low[axis] = std::min(run.low[axis], low[axis]);
-    run.high[axis] = std::max(run.high[axis], high[axis]);
-  }
-  run.max_width = std::max(run.max_width, max_width);
-}
-
-/// Adds runs to groups, and pieces to runs while these are neighbours.
-class RunBuilder {
- public:
-  explicit RunBuilder(std::vector<YarnPieces::Run>& runs) : runs_(runs) {}
-  void add(const V3f& low, const V3f& high, float max_width, bool follows) {
-    if (!follows || runs_.empty() || count_ - runs_.back().range.begin == static_cast<int>(run_length))
-      runs_.push_back({{count_, count_}, low, high, max_width});
-    grow(runs_.back(), low, high, max_width);
-    runs_.back().range.end = ++count_;
-  }
-
- private:
-  std::vector<YarnPieces::Run>& runs_;
-  int count_ = 0;
-};
-
-/// `stitches`: of the pieces; empty without a map.
-void add_runs(const V2f& period, std::span<const int> stitches, YarnPieces& pieces) {
-  RunBuilder runs(pieces.runs);
+/// Finds runs of neighbours, groups of these, and the groups of stitches; `numbers`: of the pieces' stitches.
+void add_runs(const Yarns& yarns, std::span<const int> numbers, YarnPieces& pieces) {
   V3f end(0, 0, 0);  // of the piece before
   for (int i = 0; i < pieces.count(); ++i) {
     const Yarns::Segment& s = pieces.segments[i];
     const bool is_hair = i >= pieces.ply_piece_count;
-    const auto [low, high] = box_of(s, is_hair, period);
-    const bool is_same = stitches.empty() || (i > 0 && stitches[i] == stitches[i - 1]);
-    const bool follows =
-        is_same && (is_hair ? i > pieces.ply_piece_count : (s.start - end).length() < s.radius);
-    runs.add(low, high, max_width_of(s, is_hair), follows);
+    const bool follows = i > 0 && numbers[i] == numbers[i - 1] &&
+                         (is_hair ? i > pieces.ply_piece_count : (s.start - end).length() < s.radius);
+    add_to(pieces.runs, box_of(s, is_hair, yarns.period()), follows);
     end = s.start + s.along;
   }
-  RunBuilder groups(pieces.groups);
-  for (const YarnPieces::Run& run : pieces.runs)
-    groups.add(run.low, run.high, run.max_width, run.range.begin != pieces.ply_piece_count);
-}
-
-/// Finds the pieces of each stitch of a map; `numbers`: of the stitches of plies, then of hairs, each in
-/// order.
-void add_stitches(const Yarns& yarns, std::span<const int> numbers, YarnPieces& pieces) {
-  const YarnMap& map = yarns.data().map;
-  const V2f cell = yarns.period() / V2f(map.kinds);
-  const YarnPieces::Run none{{}, V3f(HUGE_VALF), V3f(-HUGE_VALF), 0};
-  pieces.stitches.assign(std::size_t{1} * map.kinds.x * map.kinds.y, {none, none});
-  pieces.min_z = yarns.geometry().max_z;
-  pieces.max_z = yarns.geometry().min_z;
-  for (int i = 0; const YarnPieces::Run& run : pieces.runs) {
-    const int number = numbers[run.range.begin];
-    YarnPieces::Stitch& stitch = pieces.stitches[number];
-    YarnPieces::Run& all = run.range.begin >= pieces.ply_piece_count ? stitch.hairs : stitch.plies;
-    grow(all, run.low, run.high, run.max_width);
-    if (all.range.end == 0) all.range.begin = i;
-    all.range.end = ++i;
-    const V2i at(number % map.kinds.x, number / map.kinds.x);
+  for (const YarnPieces::Run& run : pieces.runs) {
+    const int first = run.range.begin;
+    add_to(pieces.groups, run,
+           first > 0 && first != pieces.ply_piece_count && numbers[first] == numbers[first - 1]);
+  }
+  const V2i& kinds = yarns.data().map.kinds;
+  const V2f cell = yarns.period() / V2f(kinds);
+  pieces.stitches.resize(std::size_t{1} * kinds.x * kinds.y);
+  for (int i = 0; const YarnPieces::Run& group : pieces.groups) {
+    const int first = pieces.runs[group.range.begin].range.begin;
+    YarnPieces::Stitch& stitch = pieces.stitches[numbers[first]];
+    PieceRange& all = first >= pieces.ply_piece_count ? stitch.hairs : stitch.plies;
+    if (all.end == 0) all.begin = i;
+    all.end = ++i;
+    const V2i at(numbers[first] % kinds.x, numbers[first] / kinds.x);
     for (int axis = 0; axis < 2; ++axis)
       pieces.reach_beyond_stitch[axis] = std::max(
-          {pieces.reach_beyond_stitch[axis], static_cast<float>(at[axis]) * cell[axis] - run.low[axis],
-           run.high[axis] - static_cast<float>(at[axis] + 1) * cell[axis]});
-    pieces.min_z = std::min(pieces.min_z, run.low.z);
-    pieces.max_z = std::max(pieces.max_z, run.high.z);
+          {pieces.reach_beyond_stitch[axis], static_cast<float>(at[axis]) * cell[axis] - group.box.min[axis],
+           group.box.max[axis] - static_cast<float>(at[axis] + 1) * cell[axis]});
+    pieces.box.extendBy(group.box);
   }
-}
-
-/// Moves pieces of plies into their stitches, and sorts them by these; returns their numbers.
-std::vector<int> sort_by_stitch(const Yarns& yarns, const std::vector<int>& along_curves,
-                                std::vector<Yarns::Segment>& segments) {
-  std::vector<std::pair<int, Yarns::Segment>> plies;
-  for (std::size_t i = 0; i < segments.size(); ++i) {
-    const int stitch = move_into_stitch(yarns, along_curves[i], segments[i]);
-    plies.emplace_back(stitch, segments[i]);
-  }
-  std::ranges::stable_sort(plies, {}, &std::pair<int, Yarns::Segment>::first);
-  std::vector<int> stitches;
-  segments.clear();
-  for (const auto& [stitch, s] : plies) {
-    stitches.push_back(stitch);
-    segments.push_back(s);
-  }
-  return stitches;
 }
 
 /// Pieces as long as so many segments of mean length `step`, of each curve as many of its own as fit, but
@@ -236,7 +191,7 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   const YarnData& data = yarns.data();
   const YarnMap& map = data.map;
   YarnPieces pieces;
-  std::vector<Yarns::Segment> hairs;
+  std::vector<NumberedPiece> numbered, hairs;
   std::span<const Yarns::Segment> rest = inside.segments;
   const auto hair_count = static_cast<float>(
       std::ranges::count_if(rest, [](const Yarns::Segment& s) { return s.hair_threshold > 0; }));
@@ -248,8 +203,6 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
                                     (max_hair_pieces_per_pixel * yarns.period().x * yarns.period().y));
   float hair_number = 0;
   hairs.reserve(static_cast<std::size_t>(hair_count / hairs_for_one));
-  pieces.segments.reserve(inside.segments.size());
-  std::vector<int> along_curves;  // stitches of the pieces
   std::size_t first_node = 0;
   for (const YarnCurve& curve : data.curves) {
     const int of_ply = curve.nodes * curve.plies.divisions;
@@ -278,29 +231,33 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
       for (int i = 0, count = 0; i < of_ply; i += count) {
         count = std::min(chain, of_ply - i);
         while (count > 1 && !is_one(i, i + count - 1)) --count;
-        pieces.segments.push_back(chord(rest.subspan(i, count)));
-        along_curves.push_back(stitches[i / curve.plies.divisions]);
+        numbered.emplace_back(stitches[i / curve.plies.divisions], chord(rest.subspan(i, count)));
+        if (!map.empty()) move_into_stitch(yarns, numbered.back());
       }
       rest = rest.subspan(of_ply);
     }
     for (; !rest.empty() && rest.front().hair_threshold > 0; rest = rest.subspan(1)) {
       const float hair = std::floor(hair_number++ / (hair_point_count - 1));
       if (std::floor((hair + 1) / hairs_for_one) == std::floor(hair / hairs_for_one)) continue;
-      hairs.push_back(rest.front());
-      hairs.back().radius *= hairs_for_one;
-      hairs.back().bounding_radius *= hairs_for_one;
+      Yarns::Segment& one = hairs.emplace_back(0, rest.front()).second;
+      one.radius *= hairs_for_one;
+      one.bounding_radius *= hairs_for_one;
     }
   }
-  std::vector<int> stitches =
-      map.empty() ? std::vector<int>() : sort_by_stitch(yarns, along_curves, pieces.segments);
-  const std::vector<int> places = sort_hairs(yarns, is_small, hairs);
-  pieces.ply_piece_count = pieces.count();
-  pieces.segments.insert(pieces.segments.end(), hairs.begin(), hairs.end());
-  pieces.min_hair_bound = hairs.empty() ? 0 : hairs.front().bounding_radius;
-  for (const Yarns::Segment& s : hairs) {
+  std::ranges::stable_sort(numbered, {}, &NumberedPiece::first);
+  sort_hairs(yarns, is_small, hairs);
+  pieces.ply_piece_count = static_cast<int>(numbered.size());
+  pieces.min_hair_bound = hairs.empty() ? 0 : hairs.front().second.bounding_radius;
+  for (const auto& [stitch, s] : hairs) {
     pieces.thickest_hair_radius = std::max(pieces.thickest_hair_radius, s.radius);
     pieces.widest_hair_radius = std::max(pieces.widest_hair_radius, s.bounding_radius);
     pieces.min_hair_bound = std::min(pieces.min_hair_bound, s.bounding_radius);
+  }
+  numbered.insert(numbered.end(), hairs.begin(), hairs.end());
+  std::vector<int> stitches;
+  for (const auto& [stitch, s] : numbered) {
+    stitches.push_back(stitch);
+    pieces.segments.push_back(s);
   }
   for (std::vector<float>& values : pieces.numbers) values.reserve(pieces.segments.size() + padding);
   pieces.strands.reserve(pieces.segments.size());
@@ -315,9 +272,7 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
     pieces.strands.push_back(strands_of(data.curves[s.curve], inside.strand_sense[s.curve], s));
   }
   for (std::vector<float>& values : pieces.numbers) values.resize(pieces.segments.size() + padding);
-  if (!map.empty()) stitches.insert(stitches.end(), places.begin(), places.end());
-  add_runs(yarns.period(), stitches, pieces);
-  if (!map.empty()) add_stitches(yarns, stitches, pieces);
+  add_runs(yarns, stitches, pieces);
   return pieces;
 }
 

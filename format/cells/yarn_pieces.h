@@ -4,7 +4,8 @@
 // of a ply, or for a piece of a hair.
 #pragma once
 
-#include <algorithm>
+#include <Imath/ImathBox.h>
+
 #include <array>
 #include <memory>
 #include <mutex>
@@ -52,19 +53,17 @@ struct YarnPieces {
   /// Some neighbours in their order: pieces, or the runs of a group.
   struct Run {
     PieceRange range;
-    V3f low, high;    ///< box around plies, and around the axes of hairs, mm
-    float max_width;  ///< hairs that rays see with at least this radius are not met, mm
+    Imath::Box3f box;     ///< around plies, and around the axes of hairs, mm
+    float max_width = 0;  ///< hairs that rays see with at least this radius are not met, mm
   };
   std::vector<Run> runs, groups;
-  /// Pieces of a stitch of yarn with a map: plies are in the order of stitches, and begin in the first
-  /// repeat.
+  /// Groups of a stitch of a map, in whose order pieces are, or of all yarn. Plies begin in the first repeat.
   struct Stitch {
-    Run plies, hairs;  ///< ranges of runs
+    PieceRange plies, hairs;
   };
-  std::vector<Stitch> stitches;   ///< rows upwards
-  V2f reach_beyond_stitch{0, 0};  ///< mm
-  float min_z = 0, max_z = 0;     ///< mm, of all boxes of stitches
-  float relief_about(float plane) const { return std::max(max_z - plane, plane - min_z); }
+  std::vector<Stitch> stitches;    ///< rows upwards
+  V2f reach_beyond_stitch{0, 0};   ///< mm
+  Imath::Box3f box;                ///< around all, mm
   int ply_piece_count = 0;         ///< number of pieces that are no hairs
   float thickest_hair_radius = 0;  ///< radius, mm
   float widest_hair_radius = 0;    ///< as wide rays see it, mm
