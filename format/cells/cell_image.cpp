@@ -16,11 +16,8 @@ namespace {
 using Quad = Floats4;
 
 float pixel_width(const V2f& period, const CellSize& size) {
-  const auto wide = [](float length, int pixel, int samples) {
-    return length * static_cast<float>(pixel) / static_cast<float>(samples);
-  };
-  return std::min(wide(period.x, size.pixel_samples.x, size.repeat_samples.x),
-                  wide(period.y, size.pixel_samples.y, size.repeat_samples.y));
+  const V2f width = period * V2f(size.pixel_samples) / V2f(size.repeat_samples);
+  return std::min(width.x, width.y);
 }
 
 /// Collects the visible points of an image and shades them.

@@ -27,13 +27,6 @@ bool is_linear(const FabricLevel& level) {
          !level.has(LayerKind::table) && !level.has(LayerKind::light);
 }
 
-V3f psi(const ProductBases& bases, const FabricInfo& info, std::size_t b, const DirectionTaps& taps) {
-  V3f sum(0, 0, 0);
-  for (std::size_t tap = 0; tap < 4; ++tap)
-    sum += bases.light[b * info.lights.count() + taps.cell[tap]] * taps.weight[tap];
-  return sum;
-}
-
 /// A ring of directions of one height, and the solid angle of each.
 struct Ring {
   float z;
@@ -51,15 +44,8 @@ void add_linear(const FabricLevel& level, const Fabric& fabric, std::span<const 
                 const DirectionTaps& view, std::span<const CellLamp> lamps, const SmoothLight* around,
                 std::span<const float> alpha, std::span<Quad> texels) {
   const std::size_t products = level.pairs.size();
-  std::vector<float> phi(products, 1.0F);
-  for (std::size_t m = 0; m < products; ++m) {
-    const int a = level.pairs[m].x;
-    if (a == 0) continue;
-    phi[m] = 0;
-    for (std::size_t tap = 0; tap < 4; ++tap)
-      phi[m] += level.bases->view[std::size_t{1} * (a - 1) * fabric.views.count() + view.cell[tap]] *
-                view.weight[tap];
-  }
+  std::vector<float> by_view;
+  for (const V2i& pair : level.pairs) by_view.push_back(phi(*level.bases, fabric, pair.x, view));
   std::vector<Quad> factors(products);
   const auto add = [&](const Quad& scale, int plane) {
     const float* c = level.coefficients().data();
@@ -74,7 +60,7 @@ void add_linear(const FabricLevel& level, const Fabric& fabric, std::span<const 
   for (const CellLamp& lamp : lamps) {
     const DirectionTaps taps = interpolate(fabric.lights, lamp.direction);
     for (std::size_t m = 0; m < products; ++m)
-      factors[m] = group_lanes(psi(*level.bases, fabric, level.pairs[m].y, taps)) * phi[m];
+      factors[m] = group_lanes(psi(*level.bases, fabric, level.pairs[m].y, taps)) * by_view[m];
     add(group_lanes(lamp.irradiance) * (lamp.direction.z * fabric.radiance_scale), lamp.plane);
   }
   if (around == nullptr) return;
@@ -85,7 +71,7 @@ void add_linear(const FabricLevel& level, const Fabric& fabric, std::span<const 
       sum += factor * V3f(weights[0], weights[1], weights[2]);
       weights += 3;
     }
-    factors[m] = group_lanes(sum) * phi[m];
+    factors[m] = group_lanes(sum) * by_view[m];
   }
   add(Quad{} + fabric.radiance_scale, 0);
 }
@@ -124,34 +110,13 @@ std::vector<float> smooth_response(const Fabric& fabric) {
     const auto basis = smooth_basis(d.x, d.y, d.z);
     const float part = d.z * two_pi / static_cast<float>(grid.count());
     for (std::size_t b = 0; b < functions; ++b) {
-      const V3f of_b = psi(*bases, fabric, b, taps) * part;
+      const V3f of_b = psi(*bases, fabric, static_cast<int>(b), taps) * part;
       for (std::size_t k = 0; k < smooth_function_count; ++k)
         for (int c = 0; c < 3; ++c) response[(b * smooth_function_count + k) * 3 + c] += of_b[c] * basis[k];
     }
   }
   return response;
 }
-
-}  // namespace
-
-std::vector<CellLamp> lamps_of_smooth_light(const SmoothLight& around, float least) {
-  std::vector<CellLamp> lamps;
-  for (const Ring& ring : rings) {
-    const float planar = std::sqrt(1 - ring.z * ring.z);
-    for (int i = 0; i < ring.count; ++i) {
-      const float angle = two_pi * (static_cast<float>(i) + ring.z) / static_cast<float>(ring.count);
-      CellLamp& lamp = lamps.emplace_back();
-      lamp.direction = {planar * std::cos(angle), planar * std::sin(angle), ring.z};
-      const auto basis = smooth_basis(lamp.direction.x, lamp.direction.y, ring.z);
-      for (std::size_t k = 0; k < smooth_function_count; ++k)
-        lamp.irradiance += around.coefficients[k] * basis[k];
-      for (int c = 0; c < 3; ++c) lamp.irradiance[c] = std::max(lamp.irradiance[c], least) * ring.solid_angle;
-    }
-  }
-  return lamps;
-}
-
-namespace {
 
 /// Levels of texels of a tile of a map, where fabrics store the first alone.
 constexpr int levels_of_tile = level_count(map_tile_stitches, map_tile_stitches);
@@ -191,6 +156,23 @@ FabricLevel level_of_map(const Fabric& fabric, const YarnMap& map, const CellVie
 }
 
 }  // namespace
+
+std::vector<CellLamp> lamps_of_smooth_light(const SmoothLight& around, float least) {
+  std::vector<CellLamp> lamps;
+  for (const Ring& ring : rings) {
+    const float planar = std::sqrt(1 - ring.z * ring.z);
+    for (int i = 0; i < ring.count; ++i) {
+      const float angle = two_pi * (static_cast<float>(i) + ring.z) / static_cast<float>(ring.count);
+      CellLamp& lamp = lamps.emplace_back();
+      lamp.direction = {planar * std::cos(angle), planar * std::sin(angle), ring.z};
+      const auto basis = smooth_basis(lamp.direction.x, lamp.direction.y, ring.z);
+      for (std::size_t k = 0; k < smooth_function_count; ++k)
+        lamp.irradiance += around.coefficients[k] * basis[k];
+      for (int c = 0; c < 3; ++c) lamp.irradiance[c] = std::max(lamp.irradiance[c], least) * ring.solid_angle;
+    }
+  }
+  return lamps;
+}
 
 float max_yarn_pixel_texels(const Fabric& fabric) {
   const auto& yarns = fabric.levels.front().yarns();

@@ -46,24 +46,17 @@ V3f interpolated(const V3f* values, const DirectionTaps& taps) {
 /// The view's part of product m: its coefficient times phi_a.
 float lustre_view_factor(const FabricLevel& level, const FabricInfo& info, std::size_t texel,
                          const DirectionTaps& views, std::size_t m) {
-  const float coefficient = level.coefficients()[texel * level.pairs.size() + m];
-  const int a = level.pairs[m].x;
-  if (a == 0) return coefficient;
-  const float* values = &level.bases->view[index_of(a - 1, 0, info.views.count())];
-  float phi = 0;
-  for (std::size_t tap = 0; tap < 4; ++tap) phi += views.weight[tap] * values[views.cell[tap]];
-  return coefficient * phi;
+  return level.coefficients()[texel * level.pairs.size() + m] *
+         phi(*level.bases, info, level.pairs[m].x, views);
 }
 
 /// The sum of the products; may be negative.
 V3f product_sum(const FabricLevel& level, const FabricInfo& info, std::size_t texel,
                 const DirectionTaps& views, const DirectionTaps& lights) {
   V3f sum(0, 0, 0);
-  for (std::size_t m = 0; m < level.pairs.size(); ++m) {
-    const float factor = lustre_view_factor(level, info, texel, views, m);
-    const int b = level.pairs[m].y;
-    sum += factor * interpolated(&level.bases->light[index_of(b, 0, info.lights.count())], lights);
-  }
+  for (std::size_t m = 0; m < level.pairs.size(); ++m)
+    sum +=
+        lustre_view_factor(level, info, texel, views, m) * psi(*level.bases, info, level.pairs[m].y, lights);
   return sum;
 }
 
@@ -87,6 +80,18 @@ V3f table_radiance(const FabricLevel& level, const FabricInfo& info, std::size_t
 }
 
 }  // namespace
+
+float phi(const ProductBases& bases, const FabricInfo& info, int a, const DirectionTaps& views) {
+  if (a == 0) return 1;
+  const float* values = &bases.view[index_of(a - 1, 0, info.views.count())];
+  float sum = 0;
+  for (std::size_t tap = 0; tap < 4; ++tap) sum += views.weight[tap] * values[views.cell[tap]];
+  return sum;
+}
+
+V3f psi(const ProductBases& bases, const FabricInfo& info, int b, const DirectionTaps& lights) {
+  return interpolated(&bases.light[index_of(b, 0, info.lights.count())], lights);
+}
 
 ViewFactors view_factors(const FabricLevel& level, const DirectionTaps& views, int texel) {
   ViewFactors result;

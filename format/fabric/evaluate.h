@@ -24,6 +24,10 @@ struct ViewFactors {
 };
 ViewFactors view_factors(const FabricLevel& level, const DirectionTaps& views, int texel);
 
+/// Functions a of the view, 1 for a = 0, and b of the light that products have, at a direction.
+float phi(const ProductBases& bases, const FabricInfo& info, int a, const DirectionTaps& views);
+V3f psi(const ProductBases& bases, const FabricInfo& info, int b, const DirectionTaps& lights);
+
 /// A direction and its cells: many texels share them.
 struct TappedDirection {
   TappedDirection(const DirectionGrid& grid, const V3f& towards)

@@ -7,61 +7,26 @@
 #include "format/fabric/level_values.h"
 
 namespace selvedge {
-void FabricLevel::copy_texels(const FabricLevel& coarser, int steps) {
-  copied_from_coarser = true;
-  pairs = coarser.pairs;
-  bases = coarser.bases;
-  for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::opacity,
-                               LayerKind::light, LayerKind::products}) {
-    const Layer& from = coarser[kind];
+namespace {
+
+/// Gives a level the texels `at`(x, y) of another one.
+void take_texels(const FabricLevel& other, std::initializer_list<LayerKind> kinds, const auto& at,
+                 FabricLevel& level) {
+  level.pairs = other.pairs;
+  level.bases = other.bases;
+  for (const LayerKind kind : kinds) {
+    const Layer& from = other[kind];
     Layer layer{from.channels, {}};
-    layer.values.reserve(std::size_t{1} * texels() * layer.channels);
-    for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < width; ++x) {
-        const int at = std::min(y >> steps, coarser.height - 1) * coarser.width +
-                       std::min(x >> steps, coarser.width - 1);
-        const auto first = from.values.begin() + std::ptrdiff_t{at} * from.channels;
+    layer.values.reserve(std::size_t{1} * level.texels() * layer.channels);
+    for (int y = 0; y < level.height; ++y) {
+      for (int x = 0; x < level.width; ++x) {
+        const auto first = from.values.begin() + std::ptrdiff_t{at(x, y)} * from.channels;
         layer.values.insert(layer.values.end(), first, first + from.channels);
       }
     }
-    set_layer(kind, std::move(layer));
+    level.set_layer(kind, std::move(layer));
   }
 }
-
-void FabricLevel::set_layer(LayerKind kind, Layer layer) { layers_[index_of(kind)] = std::move(layer); }
-
-void FabricLevel::set_yarns(std::shared_ptr<const Yarns> yarns) {
-  remove_layer(LayerKind::yarns);
-  remove_layer(LayerKind::indirect);
-  remove_layer(LayerKind::map);
-  yarns_ = std::move(yarns);
-  if (!yarns_) return;
-  set_layer(LayerKind::yarns, layer_from_values(curve_values(yarns_->data()), texels()));
-  set_layer(LayerKind::indirect, layer_from_values(indirect_values(yarns_->data()), texels()));
-  const YarnMap& map = yarns_->data().map;
-  if (map.empty()) return;
-  std::vector<float> values(map.lines.begin(), map.lines.end());
-  values.insert(values.end(), map.shown.begin(), map.shown.end());
-  set_layer(LayerKind::map, layer_from_values(values, texels()));
-}
-
-void Fabric::add_side(Fabric other) {
-  const Fabric* const seen = other.side == Side::back_through ? find_side(Side::back) : this;
-  for (std::size_t k = 0; seen != nullptr && is_transmission(other.side) && k < other.levels.size(); ++k)
-    other.levels[k].set_layer(LayerKind::opacity, seen->levels[k][LayerKind::opacity]);
-  if (other.side == Side::through) {
-    FabricLevel& base = other.levels.front();
-    base.remove_layer(LayerKind::indirect);
-    const auto& yarns = levels.front().yarns();
-    if (yarns && !yarns->data().light_through.empty())
-      base.set_layer(LayerKind::indirect,
-                     layer_from_values(indirect_values(yarns->data(), true), base.texels()));
-  }
-  auto& place = sides[index_of(other.side) - 1];
-  place = std::make_shared<const Fabric>(std::move(other));
-}
-
-namespace {
 
 /// Mean opacity of a texel over all views.
 float mean_opacity(const FabricLevel& level, std::size_t texel) {
@@ -107,25 +72,59 @@ FabricLevel coarser_level(const FabricLevel& finer) {
 
 }  // namespace
 
+void FabricLevel::copy_texels(const FabricLevel& coarser, int steps) {
+  copied_from_coarser = true;
+  const auto at = [&](int x, int y) {
+    return std::min(y >> steps, coarser.height - 1) * coarser.width + std::min(x >> steps, coarser.width - 1);
+  };
+  take_texels(coarser,
+              {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::opacity, LayerKind::light,
+               LayerKind::products},
+              at, *this);
+}
+
+void FabricLevel::set_layer(LayerKind kind, Layer layer) { layers_[index_of(kind)] = std::move(layer); }
+
+void FabricLevel::set_yarns(std::shared_ptr<const Yarns> yarns) {
+  remove_layer(LayerKind::yarns);
+  remove_layer(LayerKind::indirect);
+  remove_layer(LayerKind::map);
+  yarns_ = std::move(yarns);
+  if (!yarns_) return;
+  set_layer(LayerKind::yarns, layer_from_values(curve_values(yarns_->data()), texels()));
+  set_layer(LayerKind::indirect, layer_from_values(indirect_values(yarns_->data()), texels()));
+  const YarnMap& map = yarns_->data().map;
+  if (map.empty()) return;
+  std::vector<float> values(map.lines.begin(), map.lines.end());
+  values.insert(values.end(), map.shown.begin(), map.shown.end());
+  set_layer(LayerKind::map, layer_from_values(values, texels()));
+}
+
+void Fabric::add_side(Fabric other) {
+  const Fabric* const seen = other.side == Side::back_through ? find_side(Side::back) : this;
+  for (std::size_t k = 0; seen != nullptr && is_transmission(other.side) && k < other.levels.size(); ++k)
+    other.levels[k].set_layer(LayerKind::opacity, seen->levels[k][LayerKind::opacity]);
+  if (other.side == Side::through) {
+    FabricLevel& base = other.levels.front();
+    base.remove_layer(LayerKind::indirect);
+    const auto& yarns = levels.front().yarns();
+    if (yarns && !yarns->data().light_through.empty())
+      base.set_layer(LayerKind::indirect,
+                     layer_from_values(indirect_values(yarns->data(), true), base.texels()));
+  }
+  auto& place = sides[index_of(other.side) - 1];
+  place = std::make_shared<const Fabric>(std::move(other));
+}
+
 FabricLevel shown_texels(const FabricLevel& level, const YarnMap& map, const V2i& first, const V2i& size) {
   FabricLevel result;
   result.width = size.x;
   result.height = size.y;
-  result.pairs = level.pairs;
-  result.bases = level.bases;
-  for (const LayerKind kind : {LayerKind::opacity, LayerKind::products}) {
-    Layer layer{level[kind].channels, {}};
-    layer.values.reserve(std::size_t{1} * size.x * size.y * layer.channels);
-    for (int y = 0; y < size.y; ++y) {
-      for (int x = 0; x < size.x; ++x) {
-        const V2i shown = map.shown_upwards({first.x + x, -1 - first.y - y});
-        const int texel = (map.kinds.y - 1 - shown.y) * map.kinds.x + shown.x;
-        const auto from = level[kind].values.begin() + std::ptrdiff_t{texel} * layer.channels;
-        layer.values.insert(layer.values.end(), from, from + layer.channels);
-      }
-    }
-    result.set_layer(kind, std::move(layer));
-  }
+  const auto at = [&](int x, int y) {
+    const V2i shown = map.shown_upwards({first.x + x, -1 - first.y - y});
+    return (map.kinds.y - 1 - shown.y) * map.kinds.x + shown.x;
+  };
+  take_texels(level, {LayerKind::opacity, LayerKind::products}, at, result);
   return result;
 }
 

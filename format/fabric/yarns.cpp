@@ -133,6 +133,26 @@ Result<void> check_map(const YarnData& data) {
   return {};
 }
 
+/// The numbers of light from number `first` on at a place between two stations, one after the other.
+class LightBetween {
+ public:
+  LightBetween(const std::vector<float>& light, int first_station, int stations, float station, int first) {
+    const auto whole = static_cast<int>(station);
+    const auto numbers = [&](int i) {
+      return &light[std::size_t{light_values_per_station} * (first_station + i % stations) + first];
+    };
+    here_ = numbers(whole);
+    next_ = numbers(whole + 1);
+    fraction_ = station - static_cast<float>(whole);
+  }
+  float take() { return *here_++ * (1 - fraction_) + *next_++ * fraction_; }
+
+ private:
+  const float* here_;
+  const float* next_;
+  float fraction_;
+};
+
 }  // namespace
 
 std::int64_t piece_count(const YarnData& data) {
@@ -314,21 +334,10 @@ LightTransfer Yarns::transfer_at(const YarnPoint& point, bool through) const {
   const std::vector<float>& light = through ? data_.light_through : data_.station_light;
   if (light.empty()) return {};
   const YarnCurve& curve = data_.curves[point.curve];
-  const auto whole = static_cast<int>(point.station);
-  const float fraction = point.station - static_cast<float>(whole);
-  const auto coefficients = [&](int station) {
-    return &light[std::size_t{light_values_per_station} *
-                  (first_station_[point.curve] + station % curve.stations)];
-  };
-  const float* here = coefficients(whole);
-  const float* next = coefficients(whole + 1);
+  LightBetween numbers(light, first_station_[point.curve], curve.stations, point.station, 0);
   LightTransfer transfer{};
-  for (const float a : angle_factors(curve.plies, point)) {
-    for (std::size_t i = 0; i < transfer.size(); ++i)
-      transfer[i] += a * (here[i] * (1 - fraction) + next[i] * fraction);
-    here += transfer.size();
-    next += transfer.size();
-  }
+  for (const float a : angle_factors(curve.plies, point))
+    for (float& c : transfer) c += a * numbers.take();
   for (std::size_t i = 0; i < transfer.size(); ++i)
     transfer[i] *= 1 + curve.plies.outward_gain[static_cast<int>(i % 3)] * point.outward_cosine;
   return transfer;
@@ -338,19 +347,11 @@ float Yarns::lustre_view_factor(const YarnPoint& point, const V3f& view) const {
   const YarnCurve& curve = data_.curves[point.curve];
   const float lustre = curve.gloss.lustre;
   if (data_.station_light.empty() || lustre == 0 || point.is_hair) return 1;
-  const auto whole = static_cast<int>(point.station);
-  const float fraction = point.station - static_cast<float>(whole);
-  const auto moments = [&](int station) {
-    return &data_.station_light[std::size_t{light_values_per_station} *
-                                    (first_station_[point.curve] + station % curve.stations) +
-                                transfer_values_per_station];
-  };
-  const float* here = moments(whole);
-  const float* next = moments(whole + 1);
+  LightBetween numbers(data_.station_light, first_station_[point.curve], curve.stations, point.station,
+                       transfer_values_per_station);
   std::array<float, light_moment_count> mean{};
   for (float& m : mean)
-    for (const float a : angle_factors(curve.plies, point))
-      m += a * (*here++ * (1 - fraction) + *next++ * fraction);
+    for (const float a : angle_factors(curve.plies, point)) m += a * numbers.take();
   V3f v = clamp_rise(view);
   v = (v + point.strand_normal * std::max(0.0F, min_facing_cosine - point.strand_normal.dot(v))).normalized();
   return lustre_factor(v.dot(point.fibre), lustre, mean[0], mean[1]);

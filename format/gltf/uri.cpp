@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <optional>
@@ -23,16 +24,12 @@ namespace fs = std::filesystem;
 
 /// "%20" becomes a space; "+" stays as it is.
 std::string percent_decoded(const std::string& text) {
-  const auto digit = [&](std::size_t at) {
-    const char c = at < text.size() ? text[at] : '\0';
-    if (c >= '0' && c <= '9') return c - '0';
-    const char lower = static_cast<char>(c | 0x20);
-    return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
-  };
   std::string decoded;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '%' && digit(i + 1) >= 0 && digit(i + 2) >= 0) {
-      decoded += static_cast<char>(digit(i + 1) * 16 + digit(i + 2));
+    unsigned code = 0;
+    const char* const end = text.data() + i + 3;
+    if (text[i] == '%' && i + 2 < text.size() && std::from_chars(end - 2, end, code, 16).ptr == end) {
+      decoded += static_cast<char>(code);
       i += 2;
     } else {
       decoded += text[i];

@@ -26,9 +26,10 @@ struct FabricFile::State {
   }
   /// The level, clamped, as one of `fabric`. Nothing if a number is not finite.
   std::optional<double> level_at(double wanted, double u, double v) const;
-  /// Null, with `problem` set, if the file is refused.
+  void set(Fabric read);
+  /// None, with `problem` set, if the file is refused.
   template <class Open>
-  static std::shared_ptr<const State> read(const std::string& name, const Open& open, FabricProblem* problem);
+  static std::optional<FabricFile> read(const std::string& name, const Open& open, FabricProblem* problem);
 };
 
 namespace {
@@ -38,16 +39,16 @@ FabricProblem problem_of(const Error& error) {
           error.place, error.message};
 }
 
-FabricFacts facts_of(const FabricHeader& header) {
-  return {{header.period_mm.x, header.period_mm.y},
-          header.reference_height,
-          header.thickness_mm,
-          header.levels,
-          header.views.columns,
-          header.views.rows,
-          header.lights.columns,
-          header.lights.rows,
-          header.radiance_scale};
+FabricFacts facts_of(const Fabric& fabric) {
+  return {{fabric.period_mm.x, fabric.period_mm.y},
+          fabric.reference_height,
+          fabric.thickness_mm,
+          static_cast<int>(fabric.levels.size()),
+          fabric.views.columns,
+          fabric.views.rows,
+          fabric.lights.columns,
+          fabric.lights.rows,
+          fabric.radiance_scale};
 }
 
 std::vector<FabricYarnCurve> curves_of(const YarnData& data) {
@@ -124,25 +125,24 @@ class SamplersAt {
 
 FabricFile::FabricFile(std::shared_ptr<const State> state) : state_(std::move(state)) {}
 
+void FabricFile::State::set(Fabric read) {
+  fabric = std::move(read);
+  facts = facts_of(fabric);
+  if (yarns() != nullptr) curves = curves_of(yarns()->data());
+}
+
 template <class Open>
-std::shared_ptr<const FabricFile::State> FabricFile::State::read(const std::string& name, const Open& open,
-                                                                 FabricProblem* problem) {
-  using Read = Result<std::shared_ptr<const State>>;
-  Read result = catch_exceptions(name, [&]() -> Read {
+std::optional<FabricFile> FabricFile::State::read(const std::string& name, const Open& open,
+                                                  FabricProblem* problem) {
+  auto state = std::make_shared<State>();
+  const Result<void> result = catch_exceptions(name, [&]() -> Result<void> {
     Result<FabricReader> reader = open();
     if (!reader) return tl::unexpected(reader.error());
-    auto state = std::make_shared<State>();
-    state->facts = facts_of(reader->header());
-    auto read = reader->read();
-    if (!read) return tl::unexpected(read.error());
-    state->fabric = arranged(*read);
-    state->facts.levels = static_cast<int>(state->fabric.levels.size());
-    if (const Yarns* yarns = state->yarns()) state->curves = curves_of(yarns->data());
-    return std::shared_ptr<const State>(std::move(state));
+    return reader->read().map([&](const Fabric& read) { state->set(arranged(read)); });
   });
-  if (result) return std::move(*result);
+  if (result) return FabricFile(std::move(state));
   if (problem != nullptr) *problem = problem_of(result.error());
-  return nullptr;
+  return {};
 }
 
 std::optional<double> FabricFile::State::level_at(double wanted, double u, double v) const {
@@ -152,19 +152,15 @@ std::optional<double> FabricFile::State::level_at(double wanted, double u, doubl
 
 std::optional<FabricFile> FabricFile::open(const std::string& path, FabricProblem* problem,
                                            const FabricReadOptions& options) {
-  auto state = State::read(
+  return State::read(
       path, [&] { return FabricReader::open(path, limits_of(options)); }, problem);
-  if (state == nullptr) return {};
-  return FabricFile(std::move(state));
 }
 
 std::optional<FabricFile> FabricFile::open(std::span<const std::byte> bytes, const std::string& name,
                                            FabricProblem* problem, const FabricReadOptions& options) {
   const std::span unsigned_bytes(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
-  auto state = State::read(
+  return State::read(
       name, [&] { return FabricReader::open(unsigned_bytes, name, limits_of(options)); }, problem);
-  if (state == nullptr) return {};
-  return FabricFile(std::move(state));
 }
 
 const FabricFacts& FabricFile::facts() const { return state_->facts; }
@@ -273,14 +269,7 @@ std::optional<FabricFile> FabricFile::turned_over() const {
   if (front.find_side(Side::back) == nullptr) return *this;
   try {
     auto state = std::make_shared<State>();
-    state->facts = state_->facts;
-    Fabric& back = state->fabric = selvedge::turned_over(front);
-    state->facts.view_columns = back.views.columns;
-    state->facts.view_rows = back.views.rows;
-    state->facts.light_columns = back.lights.columns;
-    state->facts.light_rows = back.lights.rows;
-    state->facts.radiance_scale = back.radiance_scale;
-    if (const Yarns* yarns = state->yarns()) state->curves = curves_of(yarns->data());
+    state->set(selvedge::turned_over(front));
     return FabricFile(std::move(state));
   } catch (const std::exception&) {
     return {};

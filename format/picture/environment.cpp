@@ -56,19 +56,15 @@ void for_pixels(Environment& e, const Body& body) {
 
 /// The middle of the lamp that sends most, of what is brighter than `least`.
 std::optional<V3d> strongest_part(const Environment& environment, double least) {
-  const Environment coarse = downsample(environment, 128);
+  Environment coarse = downsample(environment, 128);
   struct Bright {
     V3d direction;
     double power;
   };
   std::vector<Bright> bright;
-  for (int y = 0; y < coarse.height; ++y) {
-    for (int x = 0; x < coarse.width; ++x) {
-      const double of_pixel = brightness(coarse.radiance[static_cast<std::size_t>(y) * coarse.width + x]);
-      if (of_pixel > least)
-        bright.push_back({coarse.direction(x, y), (of_pixel - least) * coarse.solid_angle(y)});
-    }
-  }
+  for_pixels(coarse, [&](const V3f& c, const V3d& direction, double solid_angle) {
+    if (brightness(c) > least) bright.push_back({direction, (brightness(c) - least) * solid_angle});
+  });
   std::optional<V3d> strongest;
   double most = 0;
   for (const Bright& middle : bright) {
