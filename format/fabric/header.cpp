@@ -88,8 +88,8 @@ class TextIo {
     const JsonIo digests = text.object("digests");
     if (!layers || !digests) return;
     constexpr LayerSet without_map{LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::light};
-    const bool has_map = text.is_reading() &&
-                         (header.shape.yarns.map_size.x > 0 || layers.input_has(name_of(LayerKind::map)));
+    const bool has_map =
+        text.is_reading() && (header.shape.yarns.map_size.x > 0 || layers.input_has(name_of(LayerKind::map)));
     for (const LayerKind kind : all_layers) {
       auto& layer = header.layer(kind);
       const char* name = name_of(kind);
