@@ -224,7 +224,8 @@ bool write_edited(const YarnCell& cell, const MakeCommand& command) {
   YarnData yarns = cell.yarns;
   LineLightOptions lines{.both_sides = fabric.find_side(Side::back) != nullptr, .direction_count = 32};
   lines.spacing_radii = 1;
-  if (!last || !relight_near_changes(yarns, V2f(cell.period), cell.wall_transmission, *last, lines))
+  if (!last || !yarns.map.empty() ||
+      !relight_near_changes(yarns, V2f(cell.period), cell.wall_transmission, *last, lines))
     return false;
   fabric.thickness_mm = static_cast<float>(cell.thickness);
   fabric.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(yarns), fabric.period_mm));
@@ -244,17 +245,26 @@ void make_preview(MakeCommand command) {
   TerminalProgress progress("bake", true);
   command.cell.form = StitchForm::yarn;
   command.cell.progress = relaxation.callback();
+  if (command.cell.kinds.by != KindLimit::By::none) command.cell.kinds = {KindLimit::By::size, 100};
   command.cell.on_start = [&](const StitchSize& size) {
     value_or_throw(check_room(size, command.input));
+    if (size.is_sampler) {
+      of_bake.width = size.min_texels.x;
+      of_bake.height = size.min_texels.y;
+      of_bake.validation_pairs = 16;
+    }
     if (size.length_radii <= 1000) return;
     default_relaxer = relaxed_roughly;
     of_bake.views = of_bake.lights = 9;
   };
   const Cell cell = value_or_throw(find_cell(command.input, command.cell));
   if (!command.recolour_path.empty() && write_edited(*cell.yarn, command)) return;
-  const Baked baked =
-      value_or_throw(bake(cell.yarn.value(), command.input, of_bake, "{}", progress.callback()));
-  value_or_throw(write_fabric(command.output, preview_of(baked.samples, options), options.write));
+  Baked baked = value_or_throw(bake(cell.yarn.value(), command.input, of_bake, "{}", progress.callback()));
+  const bool has_map = !baked.samples.yarns.map.empty();
+  value_or_throw(write_fabric(command.output,
+                              has_map ? value_or_throw(fit_fabric(std::move(baked.samples), options)).fabric
+                                      : preview_of(baked.samples, options),
+                              options.write));
 }
 
 }  // namespace

@@ -34,8 +34,11 @@ for (const name of ['twill', 'moss.txt']) {
 const aran = readFileSync(join(charts, 'aran.txt'), 'utf8'), shapes = new Map();
 check('aran.preview.exr', make('aran.txt', aran, shapes, 'preview').bytes);
 assert.deepEqual(make('aran.txt', aran, shapes, 'preview').stages, ['bake']);
-// The preview of a large chart is an edit of the last one of its gauge, the whole is not.
-const colourwork = (row) => `yarn A:\nyarn B:\n3: k14 [${row}]\n${[1, 2, 4, 5, 6, 7, 8].map((number) => `${number}: k14 [A14]\n`).join('')}`;
+// The preview of a large chart is an edit of the last one of its gauge, the whole is not; of plain stitches it has a map.
+const colourwork = (row) => `yarn A:\nyarn B:\n3: p k13 [${row}]\n${[1, 2, 4, 5, 6, 7, 8].map((number) => `${number}: p k13 [A14]\n`).join('')}`;
+const mapped = make('map.txt', `yarn A:\nyarn B:\n${[...Array(12).keys()].map((row) => `${row + 1}: k12 [A${row % 4 + 1} B${row % 3 + 3} A${8 - row % 4 - row % 3}]\n`).join('')}`, undefined, 'preview');
+check('map.preview.exr', mapped.bytes);
+assert.ok(Buffer.from(mapped.bytes).includes('map'));
 const edits = new Map(), [first, edited, whole] = [['A6 B A7', 'run'], ['A6 B2 A6', 'preview'], ['A6 B2 A6', 'run']].map(([row, entry]) => make('edit.txt', colourwork(row), edits, entry));
 assert.deepEqual([first, edited, whole].map(({ status, stages }) => [status, stages[0]]), [[0, 'relax'], [0, 'bake'], [0, 'relax']]);
 check('edited.preview.exr', edited.bytes);
