@@ -150,7 +150,7 @@ void refit_light(Fabric& side, const SomeViews& some, const std::vector<SampleLe
 void match_means(Fabric& side, const std::vector<DirectionPair>& pairs, const LevelTruth& truth) {
   const auto shared = shared_bases(side);
   if (!shared || !side.levels.back().has(LayerKind::products)) return;
-  // Of a map the coarsest level has all stitches.
+  // The coarsest level of a map has all stitches.
   std::array<V3d, 2> sums{V3d(0), V3d(0)};
   for (int t = 0; t < side.levels.back().texels(); ++t)
     add_texel(side.levels.back(), side, t, pairs, truth, sums);
