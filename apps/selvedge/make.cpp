@@ -440,8 +440,7 @@ void declare_make(Options& options, MakeCommand& command) {
       .advanced();
   options.text(
       "--kinds", "N|exact|none",
-      "Large charts and drafts of plain stitches: make at most N stitches, or one of each kind and what "
-      "is between, and a map of them; none: all of the repeat [by its size]",
+      "Make N stitches of a large repeat at most, and a map; none: all",
       [&command](const std::string& text) {
         KindLimit& kinds = command.cell.kinds;
         const auto count = parse_count(text, max_relaxed_stitches);

@@ -257,9 +257,9 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
   const V2i size = view.size.rendered_samples();
   const V2i origin = map != nullptr ? view.size.unwrapped_origin() : V2i(0, 0);
   const auto texel_at = [&](int sample, int axis) {
-    const int samples = 2 * view.size.repeat_samples[axis];
-    const int twice = (2 * (origin[axis] + sample) + 1) * shown.repeat[axis] - shown.first[axis] * samples;
-    return std::min(twice / samples, shown.count[axis] - 1);
+    const int halves = 2 * view.size.repeat_samples[axis];
+    const int twice = (2 * (origin[axis] + sample) + 1) * shown.repeat[axis] - shown.first[axis] * halves;
+    return std::min(twice / halves, shown.count[axis] - 1);
   };
   Group* to = samples.data();
   for (int y = 0; y < size.y; ++y) {

@@ -445,12 +445,12 @@ static_assert(columns_behind <= min_cell_texels);
 
 }  // namespace
 
-void DepthGrid::resize(const CellSize& size, bool with_pieces) {
-  this->size = size;
-  period = size.repeat_samples;
-  window_origin = size.window_origin;
-  width = size.rendered_samples().x;
-  height = size.rendered_samples().y;
+void DepthGrid::resize(const CellSize& image, bool with_pieces) {
+  size = image;
+  period = image.repeat_samples;
+  window_origin = image.window_origin;
+  width = image.rendered_samples().x;
+  height = image.rendered_samples().y;
   stride = stride_of(width);
   z.assign(static_cast<std::size_t>(stride) * (height + rows_behind), no_depth);
   piece.resize(with_pieces ? z.size() : 0);

@@ -94,8 +94,8 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, std::sp
                      const ProjectedVertices& projected) {
   active_ = shows && !store_.patches().empty();
   if (!active_) return;
-  // Images that later frames show again are whole.
-  has_parts_ = view.options.blocks != nullptr || !view.options.cells.is_moving;
+  // Images that later frames show again are whole, and small ones are not worth the search for parts.
+  has_parts_ = view.options.blocks != nullptr || (!view.options.cells.is_moving && store_.has_large_cells());
   if (has_parts_) seen_parts_.resize(seen_patches_.size());
   lights_ = {view.options.lights, shadows, view.options.smooth_light ? &*view.options.smooth_light : nullptr,
              view.vertex_lights, scene_.origin};

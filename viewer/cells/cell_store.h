@@ -1,6 +1,7 @@
 // Cell images of a garment: made for the patches that a frame shows, and kept from frame to frame.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -118,6 +119,11 @@ class CellStore {
   void exchange_fabric(const FabricSides& fabric, const CellStore* shared);
   /// CellLights::brightness(): of yarn, and of cloth that lets light through.
   float transmitted_fraction(int fabric) const { return (*cloths_)[fabric].transmitted_fraction; }
+  bool has_large_cells() const {
+    return std::ranges::any_of(*cloths_, [](const Cloth& cloth) {
+      return cloth.front->yarn && cloth.front->yarn->has_large_cell();
+    });
+  }
   /// Begins a frame: chooses patches.
   void begin(const CellFrame& frame);
   /// Bytes of the images that patches need.
