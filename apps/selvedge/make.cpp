@@ -438,20 +438,18 @@ void declare_make(Options& options, MakeCommand& command) {
           "A fabric of this stitch in other colours: gives it the new ones; all else must be as it was made")
       .reads()
       .advanced();
-  options.text(
-      "--kinds", "N|exact|none",
-      "Make N stitches of a large repeat at most, and a map; none: all",
-      [&command](const std::string& text) {
-        KindLimit& kinds = command.cell.kinds;
-        const auto count = parse_count(text, max_relaxed_stitches);
-        if (!count && text != "exact" && text != "none")
-          refuse("--kinds", fmt::format("\"{}\" is neither exact, none nor a count from 1 to {}", text,
-                                        max_relaxed_stitches));
-        kinds.stitches = count.value_or(0);
-        kinds.by = count             ? KindLimit::By::stitches
-                   : text == "exact" ? KindLimit::By::exact
-                                     : KindLimit::By::none;
-      });
+  options.text("--kinds", "N|exact|none", "Make N stitches of a large repeat at most, and a map; none: all",
+               [&command](const std::string& text) {
+                 KindLimit& kinds = command.cell.kinds;
+                 const auto count = parse_count(text, max_relaxed_stitches);
+                 if (!count && text != "exact" && text != "none")
+                   refuse("--kinds", fmt::format("\"{}\" is neither exact, none nor a count from 1 to {}",
+                                                 text, max_relaxed_stitches));
+                 kinds.stitches = count.value_or(0);
+                 kinds.by = count             ? KindLimit::By::stitches
+                            : text == "exact" ? KindLimit::By::exact
+                                              : KindLimit::By::none;
+               });
   options.text("--list", command.list_path, "FILE", "Many fabrics, a line each: twill -o t.fabric.exr")
       .reads();
   options.number("--line", command.list_line, "N", "Make this line alone: a job of a job array")
