@@ -194,7 +194,7 @@ await from_file(path('design.html'), { width: 1200, height: 720 }, async ({ page
     ['bare.exr', (file) => cpSync(fileURLToPath(new URL('../data/kept/4.0/yarn.fabric.exr', import.meta.url)), file), /^bare.exr: has no recipe by which it can be edited$/],
     ['cut.glb', (file) => writeFileSync(file, 'glTF'), /^cut.glb: .*[a-z]$/],
     ['large.glb', (file) => { writeFileSync(file, ''); truncateSync(file, 3e8); }, /^large.glb: has 300 MB, this page takes 128 MB: selvedge dress /],
-    ['cloth.png', (file) => cpSync(fileURLToPath(new URL('../../samples/pictures/sweater.png', import.meta.url)), file), /^cloth.png: .* pixels/],
+    ['cloth.png', (file) => cpSync(fileURLToPath(new URL('../../samples/pictures/sweater.png', import.meta.url)), file), /^cloth.png: .* colours/],
     ['cloth.tga', (file) => writeFileSync(file, ''), /^cloth.tga: is no fabric /],
   ]) {
     write(path(name));
