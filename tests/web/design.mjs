@@ -62,7 +62,7 @@ assert.equal(cells_of('none.wif', 'no draft'), undefined);
 
 execFileSync(`${bin}/selvedge-view`, ['design', '-o', path('design.html'), '--quiet'], { stdio: 'inherit' });
 const bytes = statSync(path('design.html')).size;
-assert.ok(bytes <= 5.05e6, `the page has ${bytes} bytes`);
+assert.ok(bytes <= 5e6, `the page has ${bytes} bytes`);
 
 const saver = (page) => async (button, name) => {
   const download = page.waitForEvent('download', { timeout: 1000 * SECONDS });
