@@ -135,15 +135,17 @@ class PointShader {
   void add(std::int32_t piece, const V2f& place, float depth, std::uint32_t to) {
     const Yarns::Segment& s = job_.pieces.segments[piece];
     const float above = depth - job_.yarn.reference_height();
-    const auto beside = [&](int axis, float along) {
+    const std::size_t i = batch_.count++;
+    const auto put = [&](int axis, auto& to, auto& shift) {
       const float at = (static_cast<float>(seen_.window_origin[axis]) + place[axis]) * period_[axis] /
                            static_cast<float>(seen_.period[axis]) +
                        slope_[axis] * above - s.start[axis];
-      return at - std::floor((at - along / 2) / repeat_[axis] + 0.5F) * repeat_[axis];
+      const float moved = std::floor((at - s.along[axis] / 2) / repeat_[axis] + 0.5F) * repeat_[axis];
+      to[i] = at - moved;
+      shift[i] = seen_.size.shows_map ? moved : 0;
     };
-    const std::size_t i = batch_.count++;
-    batch_.x[i] = beside(0, s.along.x);
-    batch_.y[i] = beside(1, s.along.y);
+    put(0, batch_.x, batch_.shift_x);
+    put(1, batch_.y, batch_.shift_y);
     batch_.z[i] = depth - s.start.z;
     batch_.piece[i] = piece;
     batch_.texel[i] = to;
@@ -336,9 +338,23 @@ void find_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView&
       const float radius = std::min(std::max(view.ray_width / 2, s.radius), s.bounding_radius);
       if (s.radius > radius * s.hair_threshold &&
           reaches(pieces, piece, range.shift, yarn, view.slope, size, radius))
-        hairs.push_back({piece, k, radius});
+        hairs.push_back({piece, k, radius, range.shift});
     }
   }
+}
+
+/// The lowest and the highest point that an image shows, mm.
+V2f seen_heights(const YarnPieces& pieces, const DepthGrid& seen, std::span<const SeenHair> hairs) {
+  V2f heights(HUGE_VALF, -HUGE_VALF);
+  const auto add = [&](float z) { heights = {std::min(heights.x, z), std::max(heights.y, z)}; };
+  for (int row = 0; row < seen.height; ++row)
+    for (const float z : std::span(seen.z).subspan(std::size_t{1} * row * seen.stride, seen.width))
+      if (z > no_depth) add(z);
+  for (const SeenHair& hair : hairs) {
+    const Yarns::Segment& s = pieces.segments[hair.piece];
+    add(s.start.z + s.along.z / 2);
+  }
+  return heights;
 }
 
 /// Means of what hairs send to the viewer: scratch.hairs, [shading][plane], and of each of `count` hairs the
@@ -357,7 +373,7 @@ void shade_hairs(const ShadingJob& job, std::size_t count, std::size_t share, bo
     Last& last = of_curve[job.pieces.segments[hair.piece].curve];
     if (last.left == 0) {
       last = {shadings, share};
-      hairs[shadings] = {hair.piece, shadings, hair.radius};
+      hairs[shadings] = {hair.piece, shadings, hair.radius, hair.shift};
       ++shadings;
     }
     --last.left;
@@ -373,7 +389,7 @@ void shade_hairs(const ShadingJob& job, std::size_t count, std::size_t share, bo
     shade(job, batch, colours.data());
     batch.count = 0;
   };
-  for (const auto& [piece, k, radius] : hairs) {
+  for (const auto& [piece, k, radius, shift] : hairs) {
     const V3f axis(pieces.numbers[YarnPieces::axis_x][piece], pieces.numbers[YarnPieces::axis_y][piece],
                    pieces.numbers[YarnPieces::axis_z][piece]);
     const V3f across = axis.cross(viewer).normalized();
@@ -387,6 +403,8 @@ void shade_hairs(const ShadingJob& job, std::size_t count, std::size_t share, bo
       batch.x[i] = at.x;
       batch.y[i] = at.y;
       batch.z[i] = at.z;
+      batch.shift_x[i] = shift.x;
+      batch.shift_y[i] = shift.y;
       batch.piece[i] = piece;
       batch.texel[i] = k;
       if (batch.count == ShadingBatch::capacity) flush();
@@ -459,11 +477,12 @@ void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, 
   // Thin hairs cover fractions of samples; wide ones have a lit and a dark side.
   const bool lines = pieces.thickest_hair_radius < sample;
   if (!lines) splat(yarn, pieces, seen_from, shown.hairs, scratch.depths);
-  const std::vector<FrontLamp> lamps = make_front_lamps(yarn, view, pixel, shadows);
-  const std::vector<LightSlot> slots = light_slots(yarn, view);
-  ShadingJob job{yarn, pieces, view, lamps, slots, {}, width};
   scratch.seen_hairs.clear();
   if (lines) find_hairs(yarn, pieces, seen_from, view.size, shown.hairs, scratch.seen_hairs);
+  const std::vector<FrontLamp> lamps =
+      make_front_lamps(yarn, view, pixel, seen_heights(pieces, scratch.depths, scratch.seen_hairs), shadows);
+  const std::vector<LightSlot> slots = light_slots(yarn, view);
+  ShadingJob job{yarn, pieces, view, lamps, slots, {}, width};
   if (!view.size.is_whole()) {
     StationMarks marks(job, scratch);
     marks.add_seen(scratch.depths);

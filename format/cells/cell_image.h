@@ -64,6 +64,7 @@ struct SeenHair {
   std::int32_t piece = 0;
   std::uint32_t number = 0;  ///< in the ranges of those that it may show; of a shaded one, its shading
   float radius = 0;          ///< as its rays see it, mm
+  V2f shift{0, 0};           ///< how far a map moves it, mm
 };
 
 /// Memory that calls reuse; one per thread.

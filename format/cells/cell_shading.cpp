@@ -50,47 +50,47 @@ SELVEDGE_INLINE Two two_at(const float* from) {
   return result;
 }
 
+/// Whether grids of the lamps show what an image does alone: so small a part of the yarn that no other image
+/// is worth sharing them with.
+bool has_own_shadows(const CellYarn& yarn, const CellSize& size) {
+  constexpr float max_part = 0.25F;
+  if (!yarn.has_large_cell() || size.is_whole()) return false;
+  const V2f seen = image_period(yarn, size) * V2f(size.window_samples) / V2f(size.repeat_samples);
+  return seen.x * seen.y < max_part * yarn.yarns().period().x * yarn.yarns().period().y;
+}
+
 /// Fraction of a lamp's light that reaches N points: percentage-closer filtering over 2 x 2 texels.
 template <std::size_t N>
 SELVEDGE_INLINE WideFloat<N> visibility_of_lamp(const FrontLamp& lamp, const WideVec3<N>& p, float plane,
                                                 const V2f& period) {
   using Wide = WideFloat<N>;
-  const CellShadow& shadow = *lamp.shadow;
-  const Wide width(static_cast<float>(shadow.texels().x));
-  const Wide height(static_cast<float>(shadow.texels().y));
+  const DepthGrid& grid = lamp.shadow->grid;
+  const bool is_whole = grid.size.is_whole();
   const Wide above = p.z - Wide(plane);
-  const Wide x = (p.x - above * Wide(lamp.slope.x)) * Wide(static_cast<float>(shadow.texels().x) / period.x) -
-                 Wide(0.5F);
-  const Wide y = (p.y - above * Wide(lamp.slope.y)) * Wide(static_cast<float>(shadow.texels().y) / period.y) -
-                 Wide(0.5F);
-  const Wide in_x = min(max(x - floor(x / width) * width, Wide(0)), width - Wide(1e-3F));
-  const Wide in_y = min(max(y - floor(y / height) * height, Wide(0)), height - Wide(1e-3F));
+  // The place in the grid, along one axis.
+  const auto texel_of = [&](const Wide& place, int axis, int count) __attribute__((always_inline)) {
+    const auto texels = static_cast<float>(grid.period[axis]);
+    const Wide at = (place - above * Wide(lamp.slope[axis])) * Wide(texels / period[axis]) -
+                    Wide(0.5F + static_cast<float>(grid.window_origin[axis]));
+    // A whole grid goes on with its first texels.
+    const float last = static_cast<float>(count - (is_whole ? 0 : 1)) - 1e-3F;
+    return min(max(at - floor(at * Wide(1 / texels)) * Wide(texels), Wide(0)), Wide(last));
+  };
+  const Wide in_x = texel_of(p.x, 0, grid.width);
+  const Wide in_y = texel_of(p.y, 1, grid.height);
   const Wide column = floor(in_x);
   const Wide row = floor(in_y);
-  std::int32_t tiles[N];  // NOLINT(modernize-avoid-c-arrays): written as whole vectors
-  std::int32_t here[N];   // NOLINT(modernize-avoid-c-arrays)
+  std::int32_t here[N];   // NOLINT(modernize-avoid-c-arrays): written as whole vectors
   std::int32_t below[N];  // NOLINT(modernize-avoid-c-arrays)
-  const bool is_tiled = shadow.tiles() != V2i(1, 1);
-  Wide column_of_tile = column;
-  Wide row_of_tile = row;
-  if (is_tiled) {
-    const V2f size(shadow.tile_texels());
-    const Wide tile_x = floor((column + Wide(0.5F)) * Wide(1 / size.x));
-    const Wide tile_y = floor((row + Wide(0.5F)) * Wide(1 / size.y));
-    column_of_tile = column - tile_x * Wide(size.x);
-    row_of_tile = row - tile_y * Wide(size.y);
-    store_whole(tile_y * Wide(static_cast<float>(shadow.tiles().x)) + tile_x, tiles);
-  }
-  const Wide next_row = if_greater(row_of_tile + Wide(1.5F), Wide(static_cast<float>(shadow.rows())), Wide(0),
-                                   row_of_tile + Wide(1));
-  const Wide stride(static_cast<float>(shadow.stride()));
-  store_whole(row_of_tile * stride + column_of_tile, here);
-  store_whole(next_row * stride + column_of_tile, below);
-  const float* z = is_tiled ? nullptr : shadow.depths(0);
+  const Wide next_row =
+      if_greater(row + Wide(1.5F), Wide(static_cast<float>(grid.height)), Wide(0), row + Wide(1));
+  const Wide stride(static_cast<float>(grid.stride));
+  store_whole(row * stride + column, here);
+  store_whole(next_row * stride + column, below);
+  const float* const z = grid.z.data();
   Group around[N];         // NOLINT(modernize-avoid-c-arrays)
   const Group* groups[N];  // NOLINT(modernize-avoid-c-arrays)
   for (std::size_t i = 0; i < N; ++i) {
-    if (is_tiled) z = shadow.depths(tiles[i]);
     const Quad two_rows = __builtin_shufflevector(two_at(z + here[i]), two_at(z + below[i]), 0, 1, 2, 3);
     std::memcpy(&around[i], &two_rows, sizeof two_rows);
     groups[i] = &around[i];
@@ -294,6 +294,10 @@ SELVEDGE_INLINE void add_direct(const ShadingJob& job, const ShadingBatch& batch
       accumulate(group_lanes(colour[i % 4][i / 4]),
                  raw[std::size_t{batch.texel[points.first + i]} * planes + plane]);
   };
+  const bool own_grids = has_own_shadows(job.yarn, job.view.size);
+  const V2f period = own_grids ? image_period(job.yarn, job.view.size) : job.yarn.yarns().period();
+  const Vec in_image = at.leave + Vec{Wide::load(&batch.shift_x[points.first]),
+                                      Wide::load(&batch.shift_y[points.first]), zero};
   Vec sum{zero, zero, zero};
   for (const FrontLamp& lamp : job.lamps) {
     const Vec light{Wide(lamp.raised_direction.x), Wide(lamp.raised_direction.y),
@@ -309,8 +313,10 @@ SELVEDGE_INLINE void add_direct(const ShadingJob& job, const ShadingBatch& batch
     const Vec own = at.is_matt ? at.matt : at.matt * body_factor(along, at.local_view.x, at.lustre);
     Wide fraction = facing_light * Wide(lamp.horizon_fade);
     if (lamp.shadow != nullptr)
-      fraction = fraction * visibility_of_lamp<N>(lamp, at.leave + at.smooth * Wide(lamp.shadow_bias_mm),
-                                                  job.yarn.reference_height(), job.yarn.yarns().period());
+      fraction =
+          fraction * visibility_of_lamp<N>(
+                         lamp, (own_grids ? in_image : at.leave) + at.smooth * Wide(lamp.shadow->bias_mm),
+                         job.yarn.reference_height(), period);
     fraction = if_greater(facing_light, zero, fraction, zero);
     const Vec direct =
         Vec{(own.x + glint) * Wide(lamp.irradiance.x), (own.y + glint) * Wide(lamp.irradiance.y),
@@ -525,11 +531,6 @@ std::vector<LightSource> light_sources(const CellYarn& yarn, const CellView& vie
   return sources;
 }
 
-/// Texels of the shadow grid, and least fraction of the period, by which points leave the yarn before they
-/// are looked up.
-constexpr float shadow_bias = 0.7F;
-constexpr float min_bias = 0.003F;
-
 }  // namespace
 
 std::vector<LightSlot> light_slots(const CellYarn& yarn, const CellView& view) {
@@ -570,19 +571,20 @@ void fill_station_table(const CellYarn& yarn, const CellView& view,
 }
 
 std::vector<FrontLamp> make_front_lamps(const CellYarn& yarn, const CellView& view, float pixel,
-                                        CellShadows& shadows) {
-  const V2f period = yarn.yarns().period();
+                                        const V2f& heights, CellShadows& shadows) {
+  const ShadowDetail detail{pixel / view.shadow_texels_per_pixel,
+                            view.max_piece_pixels * std::min(view.shadow_texels_per_pixel, 1.0F),
+                            view.shadow_texels_per_pixel / view.rays_per_pixel_side,
+                            view.has_hairs && view.hair_shadows};
+  const bool is_own = has_own_shadows(yarn, view.size) && heights.x <= heights.y;
   std::vector<FrontLamp> lamps;
   for (const CellLamp& lamp : view.lamps) {
     if (!(lamp.direction.z > 0)) continue;
-    auto shadow =
-        shadows.cast(lamp.direction, {pixel / view.shadow_texels_per_pixel,
-                                      view.max_piece_pixels * std::min(view.shadow_texels_per_pixel, 1.0F),
-                                      view.shadow_texels_per_pixel / view.rays_per_pixel_side,
-                                      view.has_hairs && view.hair_shadows});
+    const auto shadow = is_own
+                            ? shadows.cast(lamp.direction, detail, {view.size, ray_slope(view.view), heights})
+                            : shadows.cast(lamp.direction, detail);
     lamps.push_back({clamp_rise(lamp.direction), lamp.irradiance,
-                     std::min(1.0F, lamp.direction.z / min_ray_rise), lamp.plane, shadow->slope(), shadow,
-                     shadow_bias * std::max(shadow->texel_width, min_bias * std::min(period.x, period.y))});
+                     std::min(1.0F, lamp.direction.z / min_ray_rise), lamp.plane, shadow->slope, shadow});
   }
   return lamps;
 }

@@ -34,7 +34,6 @@ struct FrontLamp {
   int plane = 0;
   V2f slope{0, 0};
   std::shared_ptr<const CellShadow> shadow = nullptr;  ///< nothing is in shadow
-  float shadow_bias_mm = 0;  ///< mm along the normal, by which looked-up points leave the yarn
 };
 
 struct ShadingJob {
@@ -51,7 +50,8 @@ struct ShadingJob {
 struct ShadingBatch {
   static constexpr std::size_t capacity = 256;
   std::size_t count = 0;
-  alignas(64) std::array<float, capacity> x, y, z;  ///< from the piece's start, mm
+  alignas(64) std::array<float, capacity> x, y, z;           ///< from the piece's start, mm
+  alignas(64) std::array<float, capacity> shift_x, shift_y;  ///< how far the image's map moves the piece, mm
   std::array<std::int32_t, capacity> piece;
   std::array<std::uint32_t, capacity> texel;
 };
@@ -63,9 +63,10 @@ std::vector<float> light_basis_of_lamps(const CellYarn& yarn, const CellView& vi
 /// Fills the table, [station][angle function][slot], of some stations, or of all.
 void fill_station_table(const CellYarn& yarn, const CellView& view,
                         const std::vector<std::uint32_t>* stations, std::vector<Group>& table);
-/// The lamps before the cell, with their shadows. `pixel`: its width, mm.
+/// The lamps before the cell, with their shadows. `pixel`: its width, mm. `heights`: of the lowest and the
+/// highest point that is shaded, mm.
 std::vector<FrontLamp> make_front_lamps(const CellYarn& yarn, const CellView& view, float pixel,
-                                        CellShadows& shadows);
+                                        const V2f& heights, CellShadows& shadows);
 /// Shades the points of a batch, and adds them to raw[texel][plane]; opacity is 1.
 void shade(const ShadingJob& job, const ShadingBatch& batch, Group* raw);
 

@@ -1,5 +1,7 @@
 #include "format/cells/cell_shadows.h"
 
+#include <ImathFun.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -8,70 +10,27 @@ namespace selvedge {
 namespace {
 
 constexpr int max_side = 512;  ///< of a grid
-/// Sides of tiles, of larger grids.
-constexpr int tile_side = 128;
-constexpr int max_untiled = 192 * 192;  ///< texels
 /// Largest shift of a shadow by the rounding of its direction, texels; and the largest step, also of large
 /// cells, whose grids are dear: it costs 0.1 dB.
 constexpr float max_moved = 1;
 constexpr float largest_step = 0.1F;
 constexpr float largest_step_of_large = 0.2F;
+/// Texels, and least fraction of the repeat, of at most so many radii of the thinnest ply, by which points
+/// leave the yarn before they are looked up.
+constexpr float shadow_bias = 0.7F;
+constexpr float min_bias = 0.003F;
+constexpr float max_bias_radii = 32;
+/// Slope of the rays of an image's own grid: lower light, of which little is left, passes over far more yarn.
+constexpr float max_own_slope = 8;
 /// Hairs that cast shadows in large cells are thinner than pixels ask for: their noise is seen.
 constexpr float hair_width_of_asked = 0.3F;
 
-std::size_t bytes_of(const DepthGrid& grid) { return grid.z.size() * sizeof(float); }
+/// Texels along a length, as much longer where light is slanted.
+float texels_of(float length, float slope, float width) {
+  return length / (width * std::sqrt(1 + slope * slope));
+}
 
 }  // namespace
-
-CellShadow::CellShadow(const CellYarn& yarn, const SplatView& light, const V2i& texels, float max_piece_mm,
-                       std::atomic<std::size_t>& made_bytes)
-    : yarn_(yarn),
-      light_(light),
-      texels_(texels),
-      tile_texels_(texels.x * texels.y <= max_untiled
-                       ? texels
-                       : V2i(std::min(texels.x, tile_side), std::min(texels.y, tile_side))),
-      tiles_((texels.x - 1) / tile_texels_.x + 1, (texels.y - 1) / tile_texels_.y + 1),
-      max_piece_mm_(max_piece_mm),
-      made_bytes_(made_bytes),
-      made_(static_cast<std::size_t>(tiles_.x) * tiles_.y) {
-  stride_ = stride_of(tile_size(0).rendered_samples().x);
-}
-
-CellShadow::~CellShadow() {
-  for (const std::atomic<const DepthGrid*>& grid : made_) delete grid.load();
-}
-
-std::size_t CellShadow::bytes() const {
-  std::size_t sum = 0;
-  for (const std::atomic<const DepthGrid*>& grid : made_)
-    if (const DepthGrid* const made = grid.load()) sum += bytes_of(*made);
-  return sum;
-}
-
-std::size_t CellShadow::max_bytes() const {
-  return made_.size() * static_cast<std::size_t>(stride_ * rows()) * sizeof(float);
-}
-
-CellSize CellShadow::tile_size(std::size_t tile) const {
-  CellSize size{.repeat_samples = texels_};
-  if (tiles_ == V2i(1, 1)) return size;
-  const auto number = static_cast<int>(tile);
-  size.window_origin = V2i(number % tiles_.x, number / tiles_.x) * tile_texels_;
-  size.window_samples = tile_texels_ + V2i(1);
-  return size;
-}
-
-const DepthGrid* CellShadow::make(std::size_t tile) const {
-  auto grid = std::make_unique<DepthGrid>();
-  grid->resize(tile_size(tile), false);
-  splat(yarn_, yarn_.pieces(max_piece_mm_), light_, *grid);
-  // Another thread may be faster, with the same result.
-  const DepthGrid* made = nullptr;
-  if (!made_[tile].compare_exchange_strong(made, grid.get(), std::memory_order_acq_rel)) return made;
-  made_bytes_ += bytes_of(*grid);
-  return grid.release();
-}
 
 CellShadows::CellShadows(const CellYarn& yarn) : yarn_(yarn) {
   const Yarns::Geometry inside = yarn.yarns().geometry();
@@ -96,9 +55,8 @@ std::shared_ptr<const CellShadow> CellShadows::find(const Key& key) {
   return node.mapped();
 }
 
-void CellShadows::keep(const Key& key, std::shared_ptr<CellShadow> shadow) {
-  // Its other tiles may follow.
-  if (latest_bytes_ + shadow->max_bytes() > max_bytes_ / 2) {
+void CellShadows::keep(const Key& key, std::shared_ptr<const CellShadow> shadow) {
+  if (latest_bytes_ + shadow->bytes() > max_bytes_ / 2) {
     older_ = std::exchange(latest_, {});
     latest_bytes_ = 0;
   }
@@ -106,7 +64,9 @@ void CellShadows::keep(const Key& key, std::shared_ptr<CellShadow> shadow) {
   latest_.emplace(key, std::move(shadow));
 }
 
-std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, ShadowDetail detail) {
+/// Bounds texels by the yarn, and rounds their width. Returns the width that was asked for of large cells,
+/// which are as coarse as in images where pixels do not resolve them; else 0.
+float CellShadows::fit(ShadowDetail& detail) const {
   const auto rounded_width = [](float width, float steps) {
     return std::exp2(std::round(steps * std::log2(std::clamp(width, 1e-12F, 1e12F))) / steps);
   };
@@ -115,11 +75,36 @@ std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, Shadow
   // plies.
   detail.texel_width =
       rounded_width(std::min(detail.texel_width, radius_ * (detail.has_hairs ? 0.5F : 1.0F)), 4);
-  // Large cells are as coarse as in images where pixels do not resolve them.
   if (asked > detail.texel_width) {
     detail.max_piece_texels *= asked / detail.texel_width;
     detail.ray_width_texels *= std::max(1.0F, hair_width_of_asked * asked / detail.texel_width);
   }
+  return asked;
+}
+
+/// Sets the texels of a cell.
+std::shared_ptr<CellShadow> CellShadows::made(const V2f& slope, const ShadowDetail& detail,
+                                              CellSize size) const {
+  auto shadow = std::make_shared<CellShadow>();
+  shadow->slope = slope;
+  const V2f period = image_period(yarn_, size);
+  float widest = 0;
+  for (int axis = 0; axis < 2; ++axis)
+    widest = std::max(widest, period[axis] / (static_cast<float>(size.repeat_samples[axis]) *
+                                              std::sqrt(1 + slope[axis] * slope[axis])));
+  // A small grid has smaller texels than asked for.
+  const V2f& repeat = yarn_.yarns().period();
+  shadow->bias_mm =
+      shadow_bias * std::max(std::min(detail.texel_width, widest),
+                             min_bias * std::min({repeat.x, repeat.y, max_bias_radii * radius_}));
+  shadow->grid.resize(size, false);
+  splat(yarn_, yarn_.pieces(detail.max_piece_texels * detail.texel_width),
+        {slope, detail.ray_width_texels * detail.texel_width, detail.has_hairs}, shadow->grid);
+  return shadow;
+}
+
+std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, ShadowDetail detail) {
+  const float asked = fit(detail);
   const float moved = max_moved * std::max(detail.texel_width, asked / 2);
   // The arguments of the hyperbolic sines that are its slopes: texels are as much longer where light is
   // slanted.
@@ -132,24 +117,46 @@ std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, Shadow
   if (auto found = find(key)) return found;
   const V2f rounded_slope(std::sinh(static_cast<float>(key.x) * step),
                           std::sinh(static_cast<float>(key.y) * step));
-  const V2f period = yarn_.yarns().period();
-  const auto texels = [&](float length, float along) {
-    const float count = length / (detail.texel_width * std::sqrt(1 + along * along));
-    return static_cast<int>(
-        std::clamp(count + 0.5F, static_cast<float>(min_cell_texels), static_cast<float>(max_side)));
-  };
-  const V2i count(texels(period.x, rounded_slope.x), texels(period.y, rounded_slope.y));
-  // A small grid has smaller texels than asked for.
-  const auto width = [](float length, float along, int number) {
-    return length / (static_cast<float>(number) * std::sqrt(1 + along * along));
-  };
-  auto made = std::make_shared<CellShadow>(
-      yarn_, SplatView{rounded_slope, detail.ray_width_texels * detail.texel_width, detail.has_hairs}, count,
-      detail.max_piece_texels * detail.texel_width, latest_bytes_);
-  made->texel_width = std::min(detail.texel_width, std::max(width(period.x, rounded_slope.x, count.x),
-                                                            width(period.y, rounded_slope.y, count.y)));
-  keep(key, made);
-  return made;
+  CellSize size;
+  for (int axis = 0; axis < 2; ++axis)
+    size.repeat_samples[axis] = static_cast<int>(
+        std::clamp(texels_of(yarn_.yarns().period()[axis], rounded_slope[axis], detail.texel_width) + 0.5F,
+                   static_cast<float>(min_cell_texels), static_cast<float>(max_side)));
+  auto shadow = made(rounded_slope, detail, size);
+  keep(key, shadow);
+  return shadow;
+}
+
+std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, ShadowDetail detail,
+                                                    const ShadedWindow& window) const {
+  fit(detail);
+  const CellSize& image = window.size;
+  V2f slope = ray_slope(direction);
+  if (slope.length() > max_own_slope) slope *= max_own_slope / slope.length();
+  const V2f period = image_period(yarn_, image);
+  CellSize size{.shows_map = image.shows_map, .first_stitch = image.first_stitch};
+  for (int axis = 0; axis < 2; ++axis) {
+    // A point above the plane lies on the rays of both.
+    const auto beside = [&](float height) {
+      return (window.slope[axis] - slope[axis]) * (height - yarn_.reference_height());
+    };
+    const auto [low, high] = std::minmax({beside(window.heights.x), beside(window.heights.y)});
+    const float sample = period[axis] / static_cast<float>(image.repeat_samples[axis]);
+    const float begin = static_cast<float>(image.unwrapped_origin()[axis]) * sample + low;
+    const float length = static_cast<float>(image.window_samples[axis]) * sample + high - low;
+    const float count = texels_of(length, slope[axis], detail.texel_width);
+    const float texel =
+        length / std::clamp(count, static_cast<float>(min_cell_texels), static_cast<float>(max_side));
+    const int texels = std::max(static_cast<int>(period[axis] / texel), 2 * min_cell_texels);
+    const float per_mm = static_cast<float>(texels) / period[axis];
+    // Points leave the yarn before they are looked up.
+    const int first = static_cast<int>(std::floor(begin * per_mm)) - 2;
+    const int all = static_cast<int>(std::ceil(length * per_mm)) + 5;
+    size.repeat_samples[axis] = texels;
+    size.window_origin[axis] = Imath::modp(first, texels);
+    size.window_samples[axis] = std::min(all, texels);
+  }
+  return made(slope, detail, size);
 }
 
 }  // namespace selvedge
