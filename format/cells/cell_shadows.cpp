@@ -1,7 +1,5 @@
 #include "format/cells/cell_shadows.h"
 
-#include <ImathFun.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -153,7 +151,7 @@ std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, Shadow
     const int first = static_cast<int>(std::floor(begin * per_mm)) - 2;
     const int all = static_cast<int>(std::ceil(length * per_mm)) + 5;
     size.repeat_samples[axis] = texels;
-    size.window_origin[axis] = Imath::modp(first, texels);
+    size.window_origin[axis] = (first % texels + texels) % texels;
     size.window_samples[axis] = std::min(all, texels);
   }
   return made(slope, detail, size);

@@ -2,15 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <cstring>
 #include <deque>
 #include <memory>
 #include <mutex>
 #include <numbers>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "format/base/parallel.h"
+#include "format/base/random.h"
 #include "format/fabric/directions.h"
 #include "format/fabric/lifted.h"
 
@@ -115,13 +117,18 @@ std::shared_ptr<const DirectSky> known_sky(const Yarns& yarns) {
   constexpr std::size_t max_known = 4;
   static std::mutex mutex;
   struct Known {
-    std::string segments;
+    std::uint64_t segments;  ///< their hash
     V2f period;
     std::shared_ptr<const DirectSky> direct;
   };
   static std::deque<Known> known;
   const auto& inside = yarns.geometry().segments;
-  std::string segments(reinterpret_cast<const char*>(inside.data()), inside.size() * sizeof inside[0]);
+  std::uint64_t segments = inside.size();
+  for (const Yarns::Segment& segment : inside) {
+    std::array<std::uint32_t, sizeof segment / sizeof(std::uint32_t)> words;
+    std::memcpy(words.data(), &segment, sizeof words);
+    for (const std::uint32_t word : words) segments = hash64(segments ^ word);
+  }
   {
     const std::scoped_lock lock(mutex);
     const auto found = std::ranges::find_if(
@@ -131,7 +138,7 @@ std::shared_ptr<const DirectSky> known_sky(const Yarns& yarns) {
   auto direct = std::make_shared<const DirectSky>(direct_sky(yarns));
   const std::scoped_lock lock(mutex);
   if (known.size() == max_known) known.pop_front();
-  return known.emplace_back(Known{std::move(segments), yarns.period(), std::move(direct)}).direct;
+  return known.emplace_back(Known{segments, yarns.period(), std::move(direct)}).direct;
 }
 
 }  // namespace
