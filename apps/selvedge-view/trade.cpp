@@ -66,21 +66,6 @@ void declare(Options& options, TradeCommand& command) {
   });
 }
 
-/// The stitch as it is traced: its thinnest yarn has a radius of 12 cubes, where that takes no huge grid.
-CellMesh truth_mesh(const TradeCommand& command, const std::string& input) {
-  constexpr double max_cubes = 400;
-  Cell cell = value_or_throw(find_cell(input, command.cell));
-  if (!cell.stitch || command.cell.mesh.cubes_across) return std::move(cell.mesh);
-  double cubes = 0;
-  for (const Yarn& yarn : cell.stitch->pattern.yarns)
-    cubes =
-        std::max(cubes, std::ceil(12 * std::max(cell.mesh.period.x, cell.mesh.period.y) / yarn.radius_mm));
-  if (cubes > max_cubes) return std::move(cell.mesh);
-  CellOptions finer = command.cell;
-  finer.mesh.cubes_across = static_cast<int>(cubes);
-  return value_or_throw(find_cell(input, finer)).mesh;
-}
-
 /// Seconds of all threads.
 double processor_seconds(std::clock_t since) {
   return static_cast<double>(std::clock() - since) / CLOCKS_PER_SEC;
@@ -238,7 +223,8 @@ Result<int> run(const TradeCommand& command) {
   stitches.insert(stitches.begin(), command.input);
   // A stitch that is refused leaves no folder.
   std::vector<CellMesh> truths;
-  for (const std::string& stitch : stitches) truths.push_back(truth_mesh(command, stitch));
+  for (const std::string& stitch : stitches)
+    truths.push_back(value_or_throw(find_cell(stitch, command.cell)).mesh);
   std::error_code error;
   std::filesystem::create_directories(command.output, error);
   if (error) return fail(Code::file_unwritable, command.output, "", error.message());

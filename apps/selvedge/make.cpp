@@ -200,7 +200,7 @@ void add_quality(Options& options, MakeCommand& command) {
       make.bake.indirect = make.bake.stores_yarns ? IndirectLight::lines : quality.bake.indirect;
     options.refuse_if(options.is_declared("input") && make.bake.indirect == IndirectLight::lines &&
                           is_stitch(command.input),
-                      "needs --indirect paths", {"--bounces", "--grid"});
+                      "needs --indirect paths", {"--bounces"});
     if (!given("--lobes")) make.fit.lobes = quality.fit.lobes;
     make.write = quality.write;
     make.requires_yarn = given("--yarns");

@@ -42,10 +42,6 @@ Option add_cell(Options& options, std::string& input, CellOptions& cell) {
                    "weaving draft (.wif), a knitting chart or instructions (.txt, or .png, a pixel a "
                    "stitch), or a mesh (.obj .ply)");
   option.required().reads();
-  options
-      .number("--grid", cell.mesh.cubes_across, "N",
-              "Stitches: marching cubes along the longer period (0: as the yarns need)")
-      .advanced();
   add_settings(options, cell);
   MeshImportOptions& import = cell.import;
   options.text("--period", "WxH",

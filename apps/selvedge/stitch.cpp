@@ -5,14 +5,15 @@
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/make.h"
 #include "apps/selvedge/option_groups.h"
+#include "converter/stitch/clearance.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/find_cell.h"
-#include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/pattern_json.h"
 #include "converter/stitch/text_cells.h"
 #include "converter/stitch/text_fault.h"
 #include "converter/stitch/textile.h"
+#include "converter/stitch/yarn_mesh.h"
 #include "format/base/atomic_file.h"
 #include "format/base/option_text.h"
 
@@ -130,7 +131,7 @@ Result<int> run(const StitchCommand& command) {
   std::string text = fill_pattern(
       "{stitch}: {vertices} vertices, {triangles} triangles, {periodMm:.5g} mm, {heightMm:.3g} mm high",
       json);
-  if (cell.stitch && hides_plies(cell.stitch->pattern, {.has_yarns = false})) {
+  if (cell.stitch && hides_plies(cell.stitch->pattern)) {
     text += rest_text(*cell.stitch, json);  // numbers of so much yarn would take longer than its rest
   } else if (cell.stitch) {
     const auto clearance = value_or_throw(minimum_clearance(cell.stitch->pattern, command.input));

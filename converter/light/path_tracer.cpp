@@ -90,6 +90,18 @@ std::optional<V3d> PathTracer::continue_path(const SurfacePoint& point, const V3
   return sample->direction;
 }
 
+bool PathTracer::follow(const V3d& direction, SurfacePoint& point) const {
+  int yarns = 0;  // that the ray is within
+  if (scene_.is_translucent() && point.hair_point < 0)
+    yarns = (direction.dot(V3d(point.face_normal)) > 0) == point.is_back ? 1 : 0;
+  do {
+    if (!scene_.trace(scene_.offset_origin(point, direction), direction, point)) return false;
+    if (yarns == 0 || point.hair_point >= 0) return true;
+    yarns += point.is_back ? -1 : 1;
+  } while (yarns > 0);
+  return true;
+}
+
 void PathTracer::add_indirect(const SurfacePoint& point, const V3d& view, std::span<const V3f> lights,
                               PathSampler& sampler, std::span<V3d> radiance) const {
   SurfacePoint vertex = point;
@@ -97,7 +109,7 @@ void PathTracer::add_indirect(const SurfacePoint& point, const V3d& view, std::s
   V3d throughput(1, 1, 1);
   for (int depth = 0;; ++depth) {
     const auto direction = continue_path(vertex, towards, depth, sampler, throughput);
-    if (!direction || !scene_.trace(scene_.offset_origin(vertex, *direction), *direction, vertex)) return;
+    if (!direction || !follow(*direction, vertex)) return;
     towards = -*direction;
     YarnBrdf surface = brdf_at(scene_, vertex);
     surface.diffuse_factor = 1;  // the mean over strands: no bounce creates light

@@ -53,6 +53,10 @@ class PathTracer {
   std::optional<V3d> continue_path(const SurfacePoint& point, const V3d& view, int depth,
                                    PathSampler& sampler, V3d& throughput) const;
 
+  /// Moves `point` to where light goes from it; false: to nothing. Within translucent yarn it passes the
+  /// walls of other yarn, up to where it is outside all.
+  bool follow(const V3d& direction, SurfacePoint& point) const;
+
  private:
   const RayScene& scene_;
   int bounces_;

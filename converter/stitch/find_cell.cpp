@@ -8,6 +8,7 @@
 #include "converter/stitch/blocking.h"
 #include "converter/stitch/text_fault.h"
 #include "converter/stitch/wif.h"
+#include "converter/stitch/yarn_mesh.h"
 #include "format/base/input_file.h"
 #include "format/base/option_text.h"
 
@@ -66,13 +67,11 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
           return default_relaxer(drawn, relaxation);
         },
         options.kinds));
-    MeshOptions mesh_options = options.mesh;
-    mesh_options.repeats = cell.stitch->repeats;
     const StitchPattern& pattern = cell.stitch->pattern;
-    mesh_options.has_yarns = options.form == StitchForm::mesh;
-    if (options.form == StitchForm::mesh || options.form == StitchForm::surface)
+    const bool is_surface = options.form == StitchForm::surface;
+    if (options.form == StitchForm::mesh || is_surface)
       cell.mesh = value_or_throw(
-          with_file_name(name_or_path, [&] { return value_or_throw(mesh_stitch(pattern, mesh_options)); }));
+          with_file_name(name_or_path, [&] { return value_or_throw(mesh_stitch(pattern, !is_surface)); }));
     else if (options.form == StitchForm::yarn)
       cell.yarn = value_or_throw(with_file_name(name_or_path, [&] {
         YarnCell yarn = value_or_throw(yarn_cell_of(pattern));
@@ -82,7 +81,7 @@ Result<Cell> find_cell(const std::string& name_or_path, const CellOptions& optio
         return yarn;
       }));
     cell.remarks = cell.stitch->remarks;
-    if (options.form == StitchForm::surface && hides_plies(pattern, mesh_options))
+    if (is_surface && hides_plies(pattern))
       cell.remarks.emplace_back("so many plies have no room in a mesh: its yarns are drawn whole");
     return cell;
   });

@@ -8,7 +8,6 @@
 #include "converter/mesh/cell_mesh.h"
 #include "converter/mesh/file.h"
 #include "converter/stitch/library.h"
-#include "converter/stitch/yarn_mesh.h"
 
 namespace selvedge {
 
@@ -17,7 +16,6 @@ namespace selvedge {
 enum class StitchForm { mesh, surface, yarn, pattern };
 
 struct CellOptions {
-  MeshOptions mesh;             ///< used for stitches
   MeshImportOptions import;     ///< used for mesh files; a period of a knit is what it is blocked to
   StitchSettings settings;      ///< of a stitch's parameters; refused for mesh files
   StartCallback on_start = {};  ///< called before the yarns of a chart or draft are laid

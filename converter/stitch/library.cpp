@@ -12,9 +12,9 @@
 
 #include "converter/stitch/blocking.h"
 #include "converter/stitch/chart.h"
+#include "converter/stitch/clearance.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/flat_yarn.h"
-#include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/knit.h"
 #include "converter/stitch/pattern_json.h"
 #include "converter/stitch/sampler.h"

@@ -12,10 +12,7 @@
 #include "converter/mesh/wall_albedo.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/flat_yarn.h"
-#include "converter/stitch/implicit_surface.h"
-#include "converter/stitch/marching_cubes.h"
 #include "converter/stitch/yarn_plies.h"
-#include "converter/stitch/yarn_tubes.h"
 #include "format/base/guard.h"
 #include "format/base/memory.h"
 #include "format/base/random.h"
@@ -104,53 +101,105 @@ YarnHairs hairs_for(const StitchPattern& pattern, std::size_t index, int room) {
   return hairs;
 }
 
-constexpr double max_grid_points = 1 << 24;
-/// Distances of these from pieces of yarn: more than plied yarn takes in 16 x 16 repeats of a stitch.
-constexpr double max_grid_distances = 3e9;
+struct TubeDetail {
+  double max_length;  ///< from ring to ring, radii
+  int sides;
+};
+constexpr TubeDetail fine_tubes{0.6, 20};
+constexpr TubeDetail coarse_tubes{1.4, 6};
 
-constexpr int min_across = 4;
-constexpr int max_across = 1024;
+struct Ring {
+  V3d centre;
+  V3d tangent;
+  V3d squeeze;
+  double radius;
+  double radius_slope;  ///< change of the radius, mm a mm along the tangent
+};
 
-double surface_of(const Yarn& yarn) {
+std::vector<Ring> rings_of(const Yarn& yarn, const TubeDetail& detail) {
+  std::vector<Ring> rings;
+  std::vector<double> along;
   double length = 0;
-  for (const BezierSegment& segment : yarn.segments)
-    for (const CurveSpan& span : spans_of(segment, yarn.radius_mm, yarn.radius_mm))
+  const double max_length = detail.max_length * yarn.radius_mm;
+  for (std::size_t i = 0; i < yarn.segments.size(); ++i) {
+    const BezierSegment& segment = yarn.segments[i];
+    for (const CurveSpan& span : spans_of(segment, max_length, 0.04 * max_length)) {
+      if (rings.empty() || length - along.back() >= 0.6 * max_length) {  // segments may be shorter
+        rings.push_back({span.start, derivative_at(segment, span.t0).normalized(),
+                         squeeze_at(yarn, i, span.t0), yarn.radius_mm, 0});
+        along.push_back(length);
+      }
       length += (span.end - span.start).length();
-  return 2 * std::numbers::pi * yarn.radius_mm * length;
+    }
+  }
+  along.push_back(length);
+  for (std::size_t r = 0; r < rings.size(); ++r) {
+    rings[r].radius = radius_with_swells(yarn, along[r], length);
+    rings[r].radius_slope =
+        (radius_with_swells(yarn, along[r + 1], length) - rings[r].radius) / (along[r + 1] - along[r]);
+  }
+  return rings;
 }
 
-constexpr double triangles_per_square = 2.9;  ///< of Marching Cubes, for surfaces of all orientations
-/// Cubes are as wide as the thinnest yarn's radius over this, or smaller.
-constexpr double cubes_per_radius = 1.25;
-
-/// Whether Marching Cubes would make so many triangles that tubes take their place.
-bool has_many_yarns(const StitchPattern& pattern) {
-  constexpr double most = 1e5;
-  double surface = 0;
-  for (const Yarn& yarn : pattern.yarns) surface += surface_of(yarn);
-  return surface * triangles_per_square > most * std::pow(min_half_thickness(pattern) / cubes_per_radius, 2);
+/// Fine ones, or with up to half the sides, so that there are about 29,000 triangles.
+TubeDetail detail_for(const StitchPattern& pattern) {
+  std::size_t rings = 0;
+  for (const Yarn& yarn : pattern.yarns) rings += rings_of(yarn, fine_tubes).size();
+  const double part =
+      std::clamp(std::sqrt(29000 / (2.0 * fine_tubes.sides * static_cast<double>(rings))), 0.5, 1.0);
+  return {fine_tubes.max_length / part, static_cast<int>(std::lround(fine_tubes.sides * part))};
 }
 
-/// The rule of MeshOptions::cubes_across.
-int cells_across_for(const StitchPattern& pattern, int repeats) {
-  constexpr double triangles = 29000;
-  const double longer = std::max(pattern.period_mm.x, pattern.period_mm.y) / repeats;
-  const double thinnest = min_half_thickness(pattern);
-  double surface = 0;
-  for (const Yarn& yarn : pattern.yarns) surface += surface_of(yarn) / (repeats * repeats);
-  const double step =
-      std::max(std::min(longer / 40, thinnest / 4),
-               std::min(std::sqrt(surface * triangles_per_square / triangles), thinnest / cubes_per_radius));
-  return static_cast<int>(std::clamp(repeats * std::ceil(longer / step), static_cast<double>(min_across),
-                                     static_cast<double>(max_across)));
-}
-
-/// The direction of the fibres: along the yarn, turned by its twist at the surface.
-V3d fibre_of(const Yarn& yarn, const SurfaceSample& sample) {
+/// The vertex of a ring that lies in a direction of the round section: position, normal, and fibre, along the
+/// yarn, turned by its twist at the surface.
+void add_vertex(const Yarn& yarn, const Ring& ring, const V3d& round, CellMesh& mesh) {
+  const V3d out = squeezed(round, ring.squeeze).normalized();
+  mesh.positions.emplace_back(
+      ring.centre + stretched(round * round_section_radius(ring.radius, ring.squeeze), ring.squeeze));
+  mesh.normals.emplace_back((out - ring.tangent * ring.radius_slope).normalized());
   const double slope = 2 * std::numbers::pi * yarn.radius_mm * yarn.twist_per_mm;
-  if (is_round(yarn)) return (sample.tangent + sample.tangent.cross(sample.gradient) * slope).normalized();
-  const V3d tangent = squeezed(sample.tangent, sample.squeeze).normalized();
-  return stretched(tangent + tangent.cross(sample.round_gradient) * slope, sample.squeeze).normalized();
+  const V3d axis = squeezed(ring.tangent, ring.squeeze).normalized();
+  mesh.fibre_directions.emplace_back(stretched(axis + axis.cross(round) * slope, ring.squeeze).normalized());
+}
+
+/// Adds a closed tube, of all but what is the same of each vertex.
+void add_tube(const Yarn& yarn, const TubeDetail& detail, CellMesh& mesh) {
+  const auto first = static_cast<int>(mesh.positions.size());
+  std::vector<V3d> rounds;
+  const auto turned = [](const Ring& ring, const V3d& across) {
+    const V3d axis = squeezed(ring.tangent, ring.squeeze).normalized();
+    return (across - axis * axis.dot(across)).normalized();
+  };
+  const std::vector<Ring> rings = rings_of(yarn, detail);
+  V3d across = std::abs(rings.front().tangent.z) < 0.9 ? V3d(0, 0, 1) : V3d(1, 0, 0);
+  for (const Ring& ring : rings) {
+    across = turned(ring, across);
+    const V3d beside = squeezed(ring.tangent, ring.squeeze).normalized().cross(across);
+    for (int k = 0; k < detail.sides; ++k) {
+      const double angle = 2 * std::numbers::pi * k / detail.sides;
+      rounds.push_back(across * std::cos(angle) + beside * std::sin(angle));
+      add_vertex(yarn, ring, rounds.back(), mesh);
+    }
+  }
+  // The first ring once more, from the vertex on that is nearest to the last ring's first.
+  const V3d last = turned(rings.front(), across);
+  const auto nearest =
+      std::max_element(rounds.begin(), rounds.begin() + detail.sides,
+                       [&](const V3d& a, const V3d& b) { return last.dot(a) < last.dot(b); });
+  const V3f way(yarn.segments.back()[3] - yarn.segments.front()[0]);
+  for (int k = 0; k < detail.sides; ++k) {
+    const int copied = first + static_cast<int>(nearest - rounds.begin() + k) % detail.sides;
+    mesh.positions.push_back(mesh.positions[copied] + way);
+    mesh.normals.push_back(mesh.normals[copied]);
+    mesh.fibre_directions.push_back(mesh.fibre_directions[copied]);
+  }
+  for (int r = first; r + detail.sides < static_cast<int>(mesh.positions.size()); r += detail.sides) {
+    for (int k = 0; k < detail.sides; ++k) {
+      const int next = (k + 1) % detail.sides;
+      mesh.triangles.emplace_back(r + k, r + next, r + detail.sides + k);
+      mesh.triangles.emplace_back(r + next, r + detail.sides + next, r + detail.sides + k);
+    }
+  }
 }
 
 /// Strands of fibres are not drawn finer than this, in radii: finer strands are not seen apart.
@@ -278,51 +327,6 @@ YarnPlace place_of(const V3f& vertex, const Yarns& yarns) {
           std::atan2(point.angle_sine, point.angle_cosine) / (2 * std::numbers::pi_v<float>)};
 }
 
-Result<MarchingGrid> grid_for(const StitchPattern& pattern, int cubes_across, double low, double high) {
-  const double longer = std::max(pattern.period_mm.x, pattern.period_mm.y);
-  const double step = longer / cubes_across;
-  const auto cells = [&](double extent) { return std::max(1.0, std::round(extent / step)); };
-  const double x = cells(pattern.period_mm.x);
-  const double y = cells(pattern.period_mm.y);
-  const double z = std::ceil((high - low) / step) + 2;  // plus an empty cube below and above
-  const auto refuse = [&](std::string why) {
-    return fail(Code::option_out_of_range, pattern.name, "--grid", std::move(why));
-  };
-  if ((x + 1) * (y + 1) * (z + 1) >= max_grid_points)
-    return refuse(fmt::format("{} make a grid of {:.0f} points, at most {:.0f}", cubes_across,
-                              (x + 1) * (y + 1) * (z + 1), max_grid_points));
-  const double thinnest = min_half_thickness(pattern);
-  if (step > thinnest)
-    return refuse(fmt::format("{} are too few for a yarn of radius {} mm, at least {:.0f}", cubes_across,
-                              thinnest, std::ceil(longer / thinnest)));
-  return MarchingGrid{.period = pattern.period_mm,
-                      .cells = {static_cast<int>(x), static_cast<int>(y), static_cast<int>(z)},
-                      .z_min = 0.5 * (low + high - z * step),
-                      .z_step = step};
-}
-
-/// Sets `surface`.
-Result<MarchedSurface> marched(const StitchPattern& pattern, const MeshOptions& options,
-                               std::optional<ImplicitSurface>& surface) {
-  const int cubes_across =
-      options.cubes_across ? *options.cubes_across : cells_across_for(pattern, options.repeats);
-  if (cubes_across < min_across || cubes_across > max_across)
-    return fail(Code::option_out_of_range, pattern.name, "--grid",
-                fmt::format("must lie in {} to {}, are {}", min_across, max_across, cubes_across));
-  // The search along an edge needs exact values up to the length of an edge.
-  const double reach = std::max(pattern.period_mm.x, pattern.period_mm.y) / cubes_across * 2;
-  surface = value_or_throw(ImplicitSurface::build(pattern, reach, pattern.name));
-  const auto grid = value_or_throw(grid_for(pattern, cubes_across, surface->z_low(), surface->z_high()));
-  const double points = 1.0 * grid.cells.x * grid.cells.y * grid.cells.z;
-  if (points * surface->pieces_per_point() > max_grid_distances)
-    return fail(Code::mesh_invalid, pattern.name, "/yarns",
-                "the yarns are too many and too close to each other for the grid");
-  MarchedSurface marched = marching_cubes(grid, [&](const V3d& p) { return surface->distance(p); });
-  if (marched.triangles.empty())
-    return fail(Code::mesh_empty, pattern.name, "", "the yarns enclose no grid point");
-  return marched;
-}
-
 /// The hairs of mesh.yarns (format/fabric/yarn_hairs.h), each from the triangle that lies nearest to its
 /// root.
 Hairs grow_hairs(const CellMesh& mesh) {
@@ -363,53 +367,29 @@ Hairs grow_hairs(const CellMesh& mesh) {
   return hairs;
 }
 
-Result<CellMesh> meshed(const StitchPattern& described, const MeshOptions& options) {
+CellMesh meshed(const StitchPattern& described, bool has_yarns) {
   value_or_throw(validate(described, described.name));
-  const bool is_coarse = hides_plies(described, options);
+  const bool is_coarse = !has_yarns && hides_plies(described);
   const StitchPattern pattern = is_coarse ? described : value_or_throw(lay_plies(described, described.name));
-  std::optional<ImplicitSurface> surface;
-  YarnTubes tubes;
-  if (is_coarse || (!options.cubes_across && has_many_yarns(pattern)))
-    tubes = tubes_of(pattern, is_coarse);
-  else
-    tubes.surface = value_or_throw(marched(pattern, options, surface));
-  const MarchedSurface& marched = tubes.surface;
-
-  CellMesh mesh;
-  mesh.period = pattern.period_mm;
-  mesh.triangles = marched.triangles;
-  if (options.has_yarns) mesh.yarns = stranded(described, pattern);
-  mesh.positions.reserve(marched.positions.size());
   const auto any = [&](const auto& test) { return std::ranges::any_of(pattern.yarns, test); };
   const bool glossy = any([](const Yarn& yarn) { return yarn.gloss.weight > 0 || yarn.fibre_kind != 0; });
   const bool translucent = any([](const Yarn& yarn) { return yarn.transmission > 0; });
-  const bool varied = options.has_yarns && is_varied(pattern);
-  std::optional<Yarns> yarns;
-  if (varied) yarns.emplace(mesh.yarns, V2f(mesh.period));
-  for (std::size_t v = 0; v < marched.positions.size(); ++v) {
-    mesh.positions.emplace_back(marched.positions[v]);
-    const std::size_t original = marched.source_vertex[v];
-    if (original != v) {  // an original precedes its copies
-      mesh.normals.push_back(mesh.normals[original]);
-      mesh.albedo.push_back(mesh.albedo[original]);
-      if (glossy) mesh.fibre_directions.push_back(mesh.fibre_directions[original]);
-      if (glossy) mesh.gloss.push_back(mesh.gloss[original]);
-      if (translucent) mesh.transmission.push_back(mesh.transmission[original]);
-      if (varied) mesh.yarn_places.push_back(mesh.yarn_places[original]);
-      continue;
-    }
-    const SurfaceSample sample = surface ? surface->sample(marched.positions[v]) : tubes.vertex_samples[v];
-    const Yarn& yarn = pattern.yarns[sample.yarn];
-    mesh.normals.emplace_back(sample.radius_slope == 0
-                                  ? sample.gradient
-                                  : (sample.gradient - sample.tangent * sample.radius_slope).normalized());
-    mesh.albedo.push_back(yarn.albedo);
-    if (glossy) mesh.fibre_directions.emplace_back(fibre_of(yarn, sample));
-    if (glossy) mesh.gloss.push_back(yarn.gloss);
-    if (translucent) mesh.transmission.push_back(static_cast<float>(yarn.transmission));
-    if (yarns) mesh.yarn_places.push_back(place_of(mesh.positions.back(), *yarns));
+  const TubeDetail detail = is_coarse ? coarse_tubes : detail_for(pattern);
+  CellMesh mesh;
+  mesh.period = pattern.period_mm;
+  for (const Yarn& yarn : pattern.yarns) {
+    add_tube(yarn, detail, mesh);
+    mesh.albedo.resize(mesh.positions.size(), yarn.albedo);
+    if (glossy) mesh.gloss.resize(mesh.positions.size(), yarn.gloss);
+    if (translucent) mesh.transmission.resize(mesh.positions.size(), static_cast<float>(yarn.transmission));
   }
-  if (varied) mesh.hairs = grow_hairs(mesh);
+  if (!glossy) mesh.fibre_directions.clear();
+  if (!has_yarns) return mesh;
+  mesh.yarns = stranded(described, pattern);
+  if (!is_varied(pattern)) return mesh;
+  const Yarns yarns(mesh.yarns, V2f(mesh.period));
+  for (const V3f& position : mesh.positions) mesh.yarn_places.push_back(place_of(position, yarns));
+  mesh.hairs = grow_hairs(mesh);
   return mesh;
 }
 
@@ -484,11 +464,11 @@ YarnData usual_chains(const StitchPattern& pattern, YarnChainOptions options) {
 
 }  // namespace
 
-bool hides_plies(const StitchPattern& pattern, const MeshOptions& options) {
+bool hides_plies(const StitchPattern& pattern) {
   constexpr std::size_t max_segments = 1 << 18;  // with them, a mesh takes some 4 kB for each
   std::size_t segments = 0;
   for (const Yarn& yarn : pattern.yarns) segments += yarn.segments.size() * yarn.plies;
-  return !options.has_yarns && !options.cubes_across && segments > max_segments;
+  return segments > max_segments;
 }
 
 double expected_hairs(const Yarn& yarn) {
@@ -559,8 +539,8 @@ Result<YarnCell> yarn_cell_of(const StitchPattern& pattern) {
   });
 }
 
-Result<CellMesh> mesh_stitch(const StitchPattern& pattern, const MeshOptions& options) {
-  return catch_failure([&] { return meshed(pattern, options); });
+Result<CellMesh> mesh_stitch(const StitchPattern& pattern, bool has_yarns) {
+  return catch_failure([&] { return meshed(pattern, has_yarns); });
 }
 
 }  // namespace selvedge

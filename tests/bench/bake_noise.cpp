@@ -2,7 +2,7 @@
 // over single rays with independent samples: root mean square of opacity * radiance over all texels, views,
 // lights and channels, as a fraction of the root mean square of the truth.
 //
-//   selvedge-bake-noise [STITCH [TEXELS VIEWS LIGHTS [GRID]]]
+//   selvedge-bake-noise [STITCH [TEXELS VIEWS LIGHTS]]
 #include <fmt/format.h>
 
 #include <chrono>
@@ -81,9 +81,7 @@ double error_of(const Seen& seen, const Seen& truth) {
 
 int main(int argc, char** argv) {
   const auto number = [&](int i, int otherwise) { return argc > i ? std::atoi(argv[i]) : otherwise; };
-  MeshOptions meshing;
-  if (argc > 5) meshing.cubes_across = number(5, 0);
-  const auto mesh = need(load_cell(argc > 1 ? argv[1] : "plain-knit", meshing, {}));
+  const auto mesh = need(load_cell(argc > 1 ? argv[1] : "plain-knit"));
   BakeOptions o;
   o.width = o.height = number(2, 32);
   o.views = number(3, 8);

@@ -8,7 +8,6 @@
 #include "converter/light/cell_walk.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/flat_yarn.h"
-#include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/yarn_plies.h"
 #include "format/base/guard.h"
 #include "tests/bench/yarn_noise.h"

@@ -115,14 +115,14 @@ Energies of_surface(const StitchPattern& pattern, From from_where, int paths) {
                     End end;
                     SurfacePoint at;
                     end.direction = direction;
-                    V3d from = origin;
-                    for (int depth = 0; cell.scene.trace(from, end.direction, at); ++depth) {
+                    bool meets = cell.scene.trace(origin, end.direction, at);
+                    for (int depth = 0; meets; ++depth) {
                       end.met = true;
                       const auto next =
                           tracer.continue_path(at, -end.direction, depth, sampler, end.throughput);
                       if (!next) return End{true, {0, 0, -1}, {0, 0, 0}};
                       end.direction = *next;
-                      from = cell.scene.offset_origin(at, *next);
+                      meets = tracer.follow(*next, at);
                     }
                     return end;
                   });

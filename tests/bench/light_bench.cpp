@@ -3,9 +3,7 @@
 // lights: relative L2, in which the noise of two sets of paths cancels, ratio of means, relative L2 of the
 // moments.
 //
-//   selvedge-light STITCH [PATHS [SEED [CUBES [FABRIC]]]]
-//
-// CUBES of marching cubes along the cell: a coarse mesh fills the corners where yarns touch.
+//   selvedge-light STITCH [PATHS [SEED [FABRIC]]]
 #include <fmt/format.h>
 #include <Eigen/LU>
 
@@ -203,9 +201,7 @@ int main(int argc, char** argv) {
     const std::string stitch = argc > 1 ? argv[1] : "plain-knit";
     const int paths = argc > 2 ? std::atoi(argv[2]) : 128;
     const std::uint64_t seed = argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 1;
-    CellOptions options;
-    if (argc > 4) options.mesh.cubes_across = std::atoi(argv[4]);
-    const Cell found = value_or_throw(find_cell(stitch, options));
+    const Cell found = value_or_throw(find_cell(stitch));
     const TracedCell cell = value_or_throw(trace_cell(found.mesh, stitch));
     YarnCell yarn = yarn_cell_of(found.mesh);
     YarnData lines = yarn.yarns;
@@ -213,8 +209,8 @@ int main(int argc, char** argv) {
     compute_yarn_light(lines, V2f(yarn.period), yarn.wall_transmission);
     fmt::print("{}: lines {:.2f} CPU s\n", stitch,
                static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    if (argc > 5)
-      lines.station_light = value_or_throw(read_fabric(argv[5])).levels.front().yarns()->data().station_light;
+    if (argc > 4)
+      lines.station_light = value_or_throw(read_fabric(argv[4])).levels.front().yarns()->data().station_light;
     compare(lines, trace_places(cell, Yarns(lines, V2f(yarn.period)), paths, seed));
   } catch (const Failure& failure) {
     fmt::print(stderr, "{}\n", to_line(failure.error));

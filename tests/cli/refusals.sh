@@ -28,8 +28,8 @@ make_inputs() {
   edited quad.gltf scenes.gltf 'g.nodes.push({mesh: 0}); g.meshes.push({primitives: [{...g.meshes[0].primitives[0], material: 2}]});
     g.materials.push({name: "veil"}); g.nodes[1].mesh = 1; g.scenes.push({name: "party", nodes: [1]})'
   # Meshes.
-  selvedge stitch plain-weave --set yarn=tube --grid 9 -o whole.ply --quiet
-  selvedge stitch plain-weave --set yarn=tube --grid 9 -o whole.obj --quiet
+  selvedge stitch plain-weave --set yarn=tube -o whole.ply --quiet
+  selvedge stitch plain-weave --set yarn=tube -o whole.obj --quiet
   cut_short whole.ply short.ply
   head -c 50 whole.ply >start.ply
   sed -n '1,/^v /p' whole.obj | head -c -4 | sed '$s/ [^ ]*$//' >short.obj

@@ -94,7 +94,7 @@ test_a_description_is_read_again_and_set_moves_it() {
   same again.json twill.json
   exits 0 selvedge stitch twill --list --json
   holds "r.parameters.some(p => p.name === 'warp_plies' && p.value[0] === 1 && p.range[1] === 8)"
-  exits 0 selvedge stitch plain-knit --set yarn=tube --set wale_mm=2.5 --json --grid 20
+  exits 0 selvedge stitch plain-knit --set yarn=tube --set wale_mm=2.5 --json
   holds "r.periodMm[0] === 2.5 && Math.abs(r.clearanceMm) < 0.012"
 }
 

@@ -1,6 +1,8 @@
 // Simple cells with known closed forms, and what is measured on a mesh. Shared by the tests of the converter.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -8,6 +10,7 @@
 #include <vector>
 
 #include "converter/mesh/cell_mesh.h"
+#include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/pattern.h"
 
 namespace selvedge::testing {
@@ -110,44 +113,32 @@ inline double volume_of(const CellMesh& mesh) {
   return sum;
 }
 
-/// The vertices of the triangles of copies x copies tiles. Vertices are one where their positions are the
-/// same bits; with `glued`, opposite outer walls are one as well (a torus of tiles).
+/// The surface as it repeats. Vertices are one where their positions are the same bits.
 struct Topology {
   std::size_t vertices = 0;
   std::size_t edges = 0;
   std::size_t faces = 0;
-  std::size_t unpaired_on_walls = 0;   ///< directed edges without an opposite, both ends on one outer wall
-  std::size_t unpaired_elsewhere = 0;  ///< cracks
-  std::size_t repeated = 0;            ///< directed edges used by more than one triangle
+  std::size_t unpaired = 0;  ///< directed edges without an opposite, whole periods away
+  std::size_t repeated = 0;  ///< directed edges used by more than one triangle
   std::size_t components = 0;
   long euler() const {
     return static_cast<long>(vertices) - static_cast<long>(edges) + static_cast<long>(faces);
   }
 };
 
-inline Topology topology_of(const CellMesh& mesh, int copies, bool glued) {
-  // The walls' coordinate is the period as a float, by the contract of mesh_stitch.
-  const double px = static_cast<float>(mesh.period.x);
-  const double py = static_cast<float>(mesh.period.y);
-  std::map<std::array<double, 3>, int> ids;
+inline Topology topology_of(const CellMesh& mesh) {
+  std::map<std::array<float, 3>, int> ids;
   std::vector<V3d> places;
   std::map<std::pair<int, int>, int> directed;
   Topology result;
-  const auto id_at = [&](V3d p) {
-    if (glued && p.x == copies * px) p.x = 0;
-    if (glued && p.y == copies * py) p.y = 0;
-    const auto [found, added] = ids.try_emplace({p.x, p.y, p.z}, static_cast<int>(places.size()));
-    if (added) places.push_back(p);
-    return found->second;
-  };
   std::vector<std::array<int, 3>> triangles;
-  for (int ty = 0; ty < copies; ++ty) {
-    for (int tx = 0; tx < copies; ++tx) {
-      for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-        std::array<int, 3> ids_of_corners{};
-        for (int k = 0; k < 3; ++k) ids_of_corners[k] = id_at(corner(mesh, t, k) + V3d(tx * px, ty * py, 0));
-        triangles.push_back(ids_of_corners);
-      }
+  for (const V3i& t : mesh.triangles) {
+    auto& corners = triangles.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      const V3f& p = mesh.positions[t[k]];
+      const auto [found, added] = ids.try_emplace({p.x, p.y, p.z}, static_cast<int>(places.size()));
+      if (added) places.emplace_back(p);
+      corners[k] = found->second;
     }
   }
   std::vector<int> root(places.size());
@@ -164,21 +155,53 @@ inline Topology topology_of(const CellMesh& mesh, int copies, bool glued) {
       root[std::max(a, b)] = std::min(a, b);
     }
   }
-  const auto shared_wall = [&](const V3d& a, const V3d& b) {
-    return (a.x == b.x && (a.x == 0 || a.x == copies * px)) ||
-           (a.y == b.y && (a.y == 0 || a.y == copies * py));
-  };
+  std::vector<std::pair<int, int>> open;
   for (const auto& [edge, uses] : directed) {
     const bool paired = directed.contains({edge.second, edge.first});
+    if (!paired) open.push_back(edge);
     if (!paired || edge.first < edge.second) ++result.edges;
-    if (paired) continue;
-    const bool on_wall = shared_wall(places[edge.first], places[edge.second]);
-    ++(on_wall ? result.unpaired_on_walls : result.unpaired_elsewhere);
   }
+  const auto is_copy = [&](int a, int b) {
+    V3d off = places[a] - places[b];
+    for (int k = 0; k < 2; ++k) off[k] -= std::round(off[k] / mesh.period[k]) * mesh.period[k];
+    return off.length() < 1e-5;
+  };
+  for (const auto& edge : open)
+    result.unpaired += std::ranges::count_if(open, [&](const auto& other) {
+                         return is_copy(edge.first, other.second) && is_copy(edge.second, other.first);
+                       }) != 1;
   result.vertices = places.size();
   result.faces = triangles.size();
   for (std::size_t i = 0; i < root.size(); ++i) result.components += root[i] == static_cast<int>(i);
   return result;
+}
+
+/// From a point to the nearest yarn's surface, mm, of flat yarn in its round section; negative inside.
+/// Precondition: no swells.
+inline double distance_to_yarns(const StitchPattern& pattern, const V3d& point) {
+  double least = 1e9;
+  for (const Yarn& yarn : pattern.yarns) {
+    const double thin = yarn.squeezes.empty() ? yarn.flattening : 0.3;
+    for (std::size_t i = 0; i < yarn.segments.size(); ++i) {
+      for (const CurveSpan& span : spans_of(yarn.segments[i], 0.5 * yarn.radius_mm, 0.02 * yarn.radius_mm)) {
+        V3d near = point - (span.start + span.end) * 0.5;
+        for (int k = 0; k < 2; ++k)
+          near[k] -= std::round(near[k] / pattern.period_mm[k]) * pattern.period_mm[k];
+        for (int copy = 0; copy < 9; ++copy) {
+          const V3d way =
+              near + V3d((copy % 3 - 1) * pattern.period_mm.x, (copy / 3 - 1) * pattern.period_mm.y, 0);
+          const double beyond = way.length() - 0.5 * (span.end - span.start).length() - span.sag;
+          if (beyond * thin - yarn.radius_mm >= least) continue;
+          const V3d place = way + (span.start + span.end) * 0.5;
+          const double t = nearest_parameter(yarn.segments[i], span.t0, span.t1, place);
+          const V3d squeeze = squeeze_at(yarn, i, t);
+          least = std::min(least, squeezed(place - point_at(yarn.segments[i], t), squeeze).length() -
+                                      round_section_radius(yarn.radius_mm, squeeze));
+        }
+      }
+    }
+  }
+  return least;
 }
 
 }  // namespace selvedge::testing

@@ -19,11 +19,10 @@ inline StitchSettings tubes_of(const std::string& name) {
 }
 
 /// The mesh alone.
-inline Result<CellMesh> load_cell(const std::string& name_or_path, const MeshOptions& mesh = {},
-                                  const MeshImportOptions& import = {}) {
+inline Result<CellMesh> load_cell(const std::string& name_or_path, const MeshImportOptions& import = {}) {
   bool built_in = false;
   for (const StitchInfo& info : built_in_stitches()) built_in = built_in || info.name == name_or_path;
-  auto cell = find_cell(name_or_path, {mesh, import, built_in ? tubes_of(name_or_path) : StitchSettings()});
+  auto cell = find_cell(name_or_path, {import, built_in ? tubes_of(name_or_path) : StitchSettings()});
   if (!cell) return tl::unexpected(cell.error());
   return std::move(cell->mesh);
 }

@@ -273,8 +273,7 @@ TEST_CASE("yarns that a mesh does not know are found, and a surface that is no y
   BakeOptions o = small_bake();
   o.stores_yarns = true;
   o.validation_pairs = o.held_out_pairs = 1;
-  // 40 cubes: 1 % of the surface is too rough to be found.
-  CellMesh mesh = test::need(load_cell("plain-weave", {.cubes_across = 60}));
+  CellMesh mesh = test::need(load_cell("plain-weave"));
   mesh.yarns = {};
   Baked baked = test::need(bake(mesh, "weave", o));
   CHECK(baked.report.remarks.empty());

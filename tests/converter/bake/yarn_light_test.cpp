@@ -40,10 +40,7 @@ struct BakedYarn {
 
 CellMesh mesh_of(const std::string& stitch, const StitchSettings& settings) {
   const auto found = need(find_stitch(stitch, of_tubes(settings)));
-  double radius = found.pattern.yarns.front().radius_mm;
-  for (const Yarn& yarn : found.pattern.yarns) radius = std::min(radius, yarn.radius_mm);
-  const double longer = std::max(found.pattern.period_mm.x, found.pattern.period_mm.y);
-  return need(mesh_stitch(found.pattern, {static_cast<int>(std::ceil(10 * longer / radius))}));
+  return need(mesh_stitch(found.pattern));
 }
 
 BakedYarn bake_mesh(const CellMesh& mesh, int bounces = unlimited_bounces) {

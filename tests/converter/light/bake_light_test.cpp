@@ -78,7 +78,7 @@ CellMesh plies(double transmission, const V3f& albedo) {
     yarn.transmission = transmission;
     yarn.albedo = albedo;
   }
-  return need(mesh_stitch(found.pattern, {32}));
+  return need(mesh_stitch(found.pattern));
 }
 
 /// A white furnace: what a path sees of a sky of radiance 1 all around, from `origin` in `direction`.
@@ -91,7 +91,7 @@ double sky_seen(const RayScene& scene, const PathTracer& tracer, const V3d& orig
   for (int depth = 0;; ++depth) {
     const auto next = tracer.continue_path(at, towards, depth, sampler, throughput);
     if (!next) return 0;
-    if (!scene.trace(scene.offset_origin(at, *next), *next, at)) return throughput.x;
+    if (!tracer.follow(*next, at)) return throughput.x;
     towards = -*next;
   }
 }
@@ -227,7 +227,7 @@ TEST_CASE("a translucent yarn by itself sends away of even light what the albedo
             .segments = {{V3d(0, 2, 0), V3d(1, 2, 0), V3d(3, 2, 0), V3d(4, 2, 0)}},
             .transmission = 0.7};
   pattern.yarns = {yarn};
-  const RayScene scene = scene_of(need(mesh_stitch(pattern, {240})));
+  const RayScene scene = scene_of(need(mesh_stitch(pattern)));
   const PathTracer tracer(scene, unlimited_bounces);
   constexpr std::uint32_t count = 1 << 15;
   V3d sum(0, 0, 0);
@@ -245,7 +245,7 @@ TEST_CASE("a translucent yarn by itself sends away of even light what the albedo
       const auto next = tracer.continue_path(point, towards, depth, sampler, throughput);
       if (!next) break;
       towards = -*next;
-      if (scene.trace(scene.offset_origin(point, *next), *next, point)) continue;
+      if (tracer.follow(*next, point)) continue;
       sum += throughput / count;
       break;
     }

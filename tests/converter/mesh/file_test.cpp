@@ -267,7 +267,7 @@ TEST_CASE("files that cannot be read are refused where they are wrong") {
 }
 
 TEST_CASE("a stitch written and read again is the same mesh") {
-  const auto mesh = test::need(mesh_stitch(plain_weave(), {16}));
+  const auto mesh = test::need(mesh_stitch(plain_weave()));
   const test::Folder folder;
   for (const std::string name : {"again.obj", "again.PLY"}) {
     REQUIRE(write_mesh(folder / name, mesh));
@@ -323,7 +323,7 @@ TEST_CASE("a vertex whose faces have one colour stays one, and normals are means
 }
 
 TEST_CASE("a mesh a million cells away is read as the one that is here") {
-  const auto knit = test::need(load_cell("plain-knit", {.cubes_across = 16}));
+  const auto knit = test::need(load_cell("plain-knit"));
   const MeshImportOptions options{.period = knit.period, .up_axis = UpAxis::z};
   const V3d away(1e6 * knit.period.x, -1e6 * knit.period.y, 3e6);
   for (const std::string format : {"obj", "ply"}) {
@@ -410,7 +410,7 @@ TEST_CASE("period, unit and axis are guessed where they are not given, and where
 }
 
 TEST_CASE("our own meshes are read back without options") {
-  const auto mesh = test::need(mesh_stitch(plain_weave(), {16}));
+  const auto mesh = test::need(mesh_stitch(plain_weave()));
   const test::Folder folder;
   for (const std::string& path : {folder / "own.obj", folder / "own.ply"}) {
     REQUIRE(write_mesh(path, mesh));

@@ -91,12 +91,9 @@ void check_found(const CellMesh& mesh, const YarnData& truth, const Bounds& boun
   }
 }
 
-/// The mesh of a stitch with about so many cubes a radius; `truth` is given its yarns, which the mesh loses.
-CellMesh mesh_with(const StitchPattern& pattern, double cubes, YarnData& truth) {
-  double thinnest = std::numeric_limits<double>::max();
-  for (const Yarn& yarn : pattern.yarns) thinnest = std::min(thinnest, yarn.radius_mm);
-  const double longer = std::max(pattern.period_mm.x, pattern.period_mm.y);
-  CellMesh mesh = test::need(mesh_stitch(pattern, {static_cast<int>(std::ceil(longer / thinnest * cubes))}));
+/// The mesh of a stitch; `truth` is given its yarns, which the mesh loses.
+CellMesh mesh_with(const StitchPattern& pattern, YarnData& truth) {
+  CellMesh mesh = test::need(mesh_stitch(pattern));
   truth = std::move(mesh.yarns);
   mesh.yarns = {};
   return mesh;
@@ -104,6 +101,29 @@ CellMesh mesh_with(const StitchPattern& pattern, double cubes, YarnData& truth) 
 
 StitchPattern pattern_of(const std::string& name, const StitchSettings& settings = {}) {
   return test::need(find_stitch(name, of_tubes(settings))).pattern;
+}
+
+/// A ball of radius 1 mm: 24 rings of 48 vertices.
+CellMesh ball() {
+  CellMesh mesh;
+  mesh.period = V2d(5, 5);
+  constexpr int rings = 24;
+  constexpr int sides = 48;
+  for (int r = 0; r <= rings; ++r) {
+    for (int k = 0; k < sides; ++k) {
+      const double from_pole = std::numbers::pi * r / rings;
+      const double turn = 2 * std::numbers::pi * k / sides;
+      mesh.normals.emplace_back(V3d(std::sin(from_pole) * std::cos(turn),
+                                    std::sin(from_pole) * std::sin(turn), std::cos(from_pole)));
+      mesh.positions.push_back(V3f(2.5F, 2.5F, 0) + mesh.normals.back());
+      if (r == rings) continue;
+      const int next = r * sides + (k + 1) % sides;
+      mesh.triangles.emplace_back(r * sides + k, (r + 1) * sides + k, next);
+      mesh.triangles.emplace_back(next, (r + 1) * sides + k, next + sides);
+    }
+  }
+  mesh.albedo.assign(mesh.positions.size(), V3f(0.5F));
+  return mesh;
 }
 
 /// The normals of a file without any: area-weighted means over the faces.
@@ -124,7 +144,7 @@ TEST_CASE("the yarns of stitches are found in their meshes: curves, turns, radii
   for (const char* name : {"plain-knit", "garter", "two-colour", "plain-weave", "denim"}) {
     CAPTURE(name);
     YarnData truth;
-    const CellMesh mesh = mesh_with(pattern_of(name), 4, truth);
+    const CellMesh mesh = mesh_with(pattern_of(name), truth);
     check_found(mesh, truth);
   }
 }
@@ -132,21 +152,21 @@ TEST_CASE("the yarns of stitches are found in their meshes: curves, turns, radii
 TEST_CASE("plies are found one by one") {
   YarnData truth;
   StitchPattern pattern = pattern_of("plain-knit", {{"plies", {3}}});
-  const CellMesh mesh = mesh_with(pattern, 6, truth);
+  const CellMesh mesh = mesh_with(pattern, truth);
   check_found(mesh, test::need(yarn_curves_of(test::need(lay_plies(pattern, "plies")))));
 }
 
 TEST_CASE("a ring and a straight yarn of few triangles are found") {
   for (const StitchPattern& pattern : {testing::cylinder(4, 0.6), testing::ring(5, 1.4, 0.5)}) {
     YarnData truth;
-    const CellMesh mesh = mesh_with(pattern, 2, truth);
+    const CellMesh mesh = mesh_with(pattern, truth);
     check_found(mesh, truth);
   }
 }
 
 TEST_CASE("noise, missing normals, a new scale and place, and a quarter turn do not hide yarns") {
   YarnData truth;
-  CellMesh mesh = mesh_with(pattern_of("plain-weave"), 6, truth);
+  CellMesh mesh = mesh_with(pattern_of("plain-weave"), truth);
   SUBCASE("noise of 0.01 radii, normals of the noisy faces") {
     Random random(1);
     for (V3f& p : mesh.positions) {
@@ -176,7 +196,7 @@ TEST_CASE("noise, missing normals, a new scale and place, and a quarter turn do 
 
 TEST_CASE("the threads do not change what is found") {
   YarnData truth;
-  const CellMesh mesh = mesh_with(testing::ring(5, 1.4, 0.5), 4, truth);
+  const CellMesh mesh = mesh_with(testing::ring(5, 1.4, 0.5), truth);
   set_thread_limit(1);
   const YarnData by_one = find_yarns(mesh).yarns;
   set_thread_limit(0);
@@ -184,19 +204,18 @@ TEST_CASE("the threads do not change what is found") {
 }
 
 TEST_CASE("a plane, a fence, grooves, a ball and a flat band are no yarn") {
-  StitchPattern ball = testing::ring(5, 1e-3, 1, 4);
   YarnData truth;
-  CellMesh band = mesh_with(testing::cylinder(4, 0.5), 6, truth);
+  CellMesh band = mesh_with(testing::cylinder(4, 0.5), truth);
   for (V3f& p : band.positions) p.z *= 0.25F;
   recompute_normals(band);
-  for (const CellMesh& mesh : {test::floor_of(5, 1, 0.5F), test::fence(5, 3, 0.5F, 0.5F),
-                               test::groove(5, 1, 0.5F), mesh_with(ball, 10, truth), band})
+  for (const CellMesh& mesh :
+       {test::floor_of(5, 1, 0.5F), test::fence(5, 3, 0.5F, 0.5F), test::groove(5, 1, 0.5F), ball(), band})
     CHECK(find_yarns(mesh).explained_fraction < 0.3);
 }
 
 TEST_CASE("open ends and colours that change along a yarn are not represented") {
   YarnData truth;
-  CellMesh mesh = mesh_with(testing::cylinder(4, 0.5), 6, truth);
+  CellMesh mesh = mesh_with(testing::cylinder(4, 0.5), truth);
   SUBCASE("a gap of a third of the repeat") {
     std::erase_if(mesh.triangles, [&](const V3i& t) { return mesh.positions[t.x].x < 1.4F; });
     CHECK(find_yarns(mesh).yarns.curves.empty());

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "converter/stitch/chart.h"
-#include "converter/stitch/implicit_surface.h"
+#include "converter/stitch/clearance.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/yarn_relax.h"
 #include "tests/require.h"

@@ -8,9 +8,9 @@
 #include <numbers>
 #include <string>
 
+#include "converter/stitch/clearance.h"
 #include "converter/stitch/fibres.h"
 #include "converter/stitch/find_cell.h"
-#include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/parameters.h"
 #include "converter/stitch/pattern_json.h"
 #include "converter/stitch/yarn_mesh.h"
@@ -259,12 +259,11 @@ TEST_CASE("a stitch description on disk is found by its path and takes the param
 
 TEST_CASE("a name, a stitch description and a mesh file all give a cell") {
   const test::Folder folder;
-  const MeshOptions options{16};
-  const auto built_in = test::need(load_cell("plain-weave", options));
+  const auto built_in = test::need(load_cell("plain-weave"));
   REQUIRE(write_file(folder / "cell.json", to_json(plain_weave())));
   REQUIRE(write_mesh(folder / "cell.ply", built_in));
-  CHECK(test::need(load_cell(folder / "cell.json", options)).positions == built_in.positions);
-  const auto imported = test::need(load_cell(folder / "cell.ply", options, {.period = V2d(2, 2)}));
+  CHECK(test::need(load_cell(folder / "cell.json")).positions == built_in.positions);
+  const auto imported = test::need(load_cell(folder / "cell.ply", {.period = V2d(2, 2)}));
   CHECK(imported.positions == built_in.positions);
   CHECK(imported.period == built_in.period);
 }

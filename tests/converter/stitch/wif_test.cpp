@@ -9,8 +9,8 @@
 #include <numbers>
 #include <sstream>
 
+#include "converter/stitch/clearance.h"
 #include "converter/stitch/flat_yarn.h"
-#include "converter/stitch/implicit_surface.h"
 #include "converter/stitch/library.h"
 #include "converter/stitch/yarn_mesh.h"
 #include "converter/stitch/yarn_relax.h"
