@@ -6,11 +6,6 @@
 #include "format/fabric/evaluate.h"
 
 namespace selvedge {
-std::optional<TriangleSide> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i) {
-  const std::size_t side = sides[1].visible.depth[i] < sides[0].visible.depth[i] ? 1 : 0;
-  if (!(sides[side].visible.depth[i] < 1)) return std::nullopt;
-  return static_cast<TriangleSide>(2 * sides[side].triangle_list[sides[side].visible.triangles[i]] + side);
-}
 
 PixelProbe probe_pixel(const FrameScene& scene, TriangleSide seen, const V2i& pixel, const PbrPixel& pbr) {
   const GarmentPoint point = garment_point(scene, seen, pixel.x, pixel.y);

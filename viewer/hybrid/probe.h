@@ -34,9 +34,6 @@ struct PixelProbe {
   float alpha = 0;
 };
 
-/// The nearest surface at pixel `i` of a band, from the first round; nothing if the pixel is empty.
-std::optional<TriangleSide> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i);
-
 /// `pixel`: from the lower left. Its cell image has been made.
 PixelProbe probe_pixel(const FrameScene& scene, TriangleSide seen, const V2i& pixel, const PbrPixel& pbr);
 

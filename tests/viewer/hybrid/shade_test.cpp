@@ -1,5 +1,5 @@
 // The published path: colours of 8 bits in the index pass.
-#include "viewer/hybrid/paper_bits.h"
+#include "viewer/hybrid/shade.h"
 
 #include <doctest/doctest.h>
 
