@@ -12,7 +12,6 @@
 #include "format/exr/exr.h"
 #include "format/picture/openimageio.h"
 #include "format/picture/picture_type.h"
-#include "format/picture/radiance.h"
 
 namespace selvedge {
 namespace {

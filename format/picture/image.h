@@ -89,4 +89,10 @@ std::string png_text(const std::string& path, const std::string& key);
 /// them; one channel is called Y). Without a time stamp, so that the same pixels give the same bytes.
 Result<void> write_exr(const std::string& path, const Image& image);
 
+/// Decodes a file of RGBE whose first bytes are "#?" and whose rows come from the top, left to right, flat or
+/// in runs of components; divided by its EXPOSURE and COLORCORR, of its PRIMARIES. IMAGE_UNREADABLE for other
+/// bytes, FILE_TOO_LARGE beyond `limits`.
+Result<Image> decode_hdr(std::span<const std::uint8_t> bytes, const std::string& name,
+                         const ImageLimits& limits);
+
 }  // namespace selvedge

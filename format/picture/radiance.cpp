@@ -1,5 +1,5 @@
-#include "format/picture/radiance.h"
-
+// Radiance pictures (.hdr), as environments come, read without OpenImageIO, which takes 0.2 s and 100 MB to
+// load.
 #include <fmt/format.h>
 
 #include <array>
@@ -12,6 +12,7 @@
 #include "format/base/option_text.h"
 #include "format/base/vec.h"
 #include "format/picture/chromaticities.h"
+#include "format/picture/image.h"
 
 namespace selvedge {
 namespace {
