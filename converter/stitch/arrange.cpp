@@ -119,8 +119,12 @@ std::vector<std::uint8_t> with_triples(const std::vector<std::uint8_t>& given, i
 /// Annealing: pieces of the cloth are laid into a sampler of a size.
 class Search {
  public:
-  Search(const StitchGrid& cloth, const Kinds& kinds, const V2i& size)
-      : cloth_(cloth), kinds_(kinds), random_(hash64(1), hash64(size.x * 4096 + size.y)) {
+  /// `worth_of_more`: of further stitches of a kind, of its first one's; 0: the search ends with all kinds.
+  Search(const StitchGrid& cloth, const Kinds& kinds, const V2i& size, double worth_of_more)
+      : cloth_(cloth),
+        kinds_(kinds),
+        worth_of_more_(worth_of_more),
+        random_(hash64(1), hash64(size.x * 4096 + size.y)) {
     grid_.is_woven = cloth.is_woven;
     grid_.size = size;
     grid_.cells.resize(std::size_t{1} * size.x * size.y);
@@ -148,7 +152,7 @@ class Search {
     constexpr double hot = 4;
     constexpr double cold = 0.05;
     for (int i = 0; i < rounds; ++i) {
-      if (i % 64 == 0 && missing(KindMatch::eight) == 0) break;
+      if (worth_of_more_ == 0 && i % 64 == 0 && missing(KindMatch::eight) == 0) break;
       heat_ = hot * std::pow(cold / hot, static_cast<double>(i) / rounds);
       lay_piece();
     }
@@ -176,8 +180,10 @@ class Search {
     }
     const V2i source(static_cast<int>(from % cloth_.size.x), static_cast<int>(from / cloth_.size.x));
     const bool is_row = !grid_.is_woven && random_.uniform() < 0.03;
-    const V2i first(is_row ? -below(grid_.size.x) : -1, is_row ? -below(2) : -1);
-    const V2i piece(is_row ? grid_.size.x : 3, is_row ? 1 - first.y : 3);
+    const int reach = worth_of_more_ > 0 && random_.uniform() < 0.2 ? 2 + below(4) : 1;
+    const V2i first(is_row ? -below(grid_.size.x) : -reach, is_row ? -below(2) : -reach);
+    const V2i piece(is_row ? grid_.size.x : std::min(grid_.size.x, 1 + 2 * reach),
+                    is_row ? 1 - first.y : std::min(grid_.size.y, 1 + 2 * reach));
     V2i best(0, 0);
     int least = -1;
     for (int tries = 0; tries < 12; ++tries) {
@@ -249,13 +255,15 @@ class Search {
 
   using Ids = std::array<int, kind_match_count>;
   void set_ids(std::size_t at, const Ids& ids) {
-    constexpr double worth_of_known = 0.05;  // of a cell more that the cloth has
     for (std::size_t l = 0; l < ids.size(); ++l) {
       const auto add = [&](int id, int sense) {
         if (id < 0) return;
         int& count = present_[l][id];
-        gain_ += sense * (l == 0 ? worth_of_known : 0);
-        if ((sense > 0 ? count++ : --count) == 0) gain_ += sense * kinds_.levels[l].worth[id];
+        const int more = std::max(count, count + sense);
+        // As many of each kind as in the cloth, in proportion, are worth most.
+        const double known = l == 0 ? worth_of_more_ * (std::sqrt(more) - std::sqrt(more - 1)) : 0;
+        gain_ += sense * kinds_.levels[l].worth[id] * (more == 1 ? 1 : known);
+        count += sense;
       };
       if (ids_[at][l] == ids[l]) continue;
       add(ids_[at][l], -1);
@@ -276,6 +284,7 @@ class Search {
 
   const StitchGrid& cloth_;
   const Kinds& kinds_;
+  double worth_of_more_;
   Random random_;
   StitchGrid grid_;
   std::vector<Ids> ids_;                                    ///< of cells
@@ -286,10 +295,12 @@ class Search {
   double heat_ = 1;
 };
 
-/// Sets the map: of the stitches that match best, one whose farther neighbours do, too, and which follows the
-/// stitch to the left or below in the sampler.
+/// Sets the map: of the stitches that match best, one whose farther neighbours do, too, and beside which the
+/// cloth goes on as the sampler does.
 void show_kinds(const StitchGrid& cloth, Arrangement& arranged) {
   constexpr std::size_t max_tried = 24;
+  constexpr int sweeps = 4;
+  constexpr int worth_of_side = 4;  // of cells around that are alike
   const StitchGrid& sampler = arranged.sampler;
   std::array<std::unordered_map<std::uint64_t, std::vector<int>>, kind_match_count> found;
   for (int y = 0; y < sampler.size.y; ++y)
@@ -299,40 +310,41 @@ void show_kinds(const StitchGrid& cloth, Arrangement& arranged) {
         found[l][keys[l]].push_back(static_cast<int>(index_at(sampler, x, y)));
     }
   const V2i n = sampler.size;
-  std::vector<int> shown(cloth.count());
-  for (int y = 0; y < cloth.size.y; ++y) {
-    for (int x = 0; x < cloth.size.x; ++x) {
-      const Keys keys = keys_at(cloth, x, y);
-      std::size_t l = 0;
-      while (!found[l].contains(keys[l])) ++l;
-      ++arranged.stitches[l];
-      const std::vector<int>& some = found[l][keys[l]];
-      const std::size_t at = index_at(cloth, x, y);
-      const auto after = [&](bool is_there, std::size_t before, int dx, int dy) {
-        if (!is_there) return -1;
-        const int own = shown[before];
-        return static_cast<int>(index_at(sampler, own % n.x + dx, own / n.x + dy));
-      };
-      const int beside = after(x > 0, at - 1, 1, 0);
-      const int above = after(y > 0, at - cloth.size.x, 0, 1);
-      int most = -1;
-      const auto try_one = [&](int one) {
-        int alike = (one == beside ? 5 : 0) + (one == above ? 3 : 0);
-        for (int dy = -2; dy <= 2; ++dy)
-          for (int dx = -2; dx <= 2; ++dx)
-            alike += cloth.cells[index_at(cloth, x + dx, y + dy)] ==
-                             sampler.cells[index_at(sampler, one % n.x + dx, one / n.x + dy)]
-                         ? 1
-                         : 0;
-        if (alike <= most) return;
-        most = alike;
-        shown[at] = one;
-      };
-      for (const int next : {beside, above})
-        if (next >= 0 && std::ranges::binary_search(some, next)) try_one(next);
-      const std::size_t step = std::max<std::size_t>(1, some.size() / max_tried);
-      for (std::size_t k = hash64(at) % step; k < some.size(); k += step) try_one(some[k]);
+  constexpr std::array<std::array<int, 2>, 4> sides{{{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
+  const auto beside = [&](int one, int dx, int dy) {
+    return static_cast<int>(index_at(sampler, one % n.x + dx, one / n.x + dy));
+  };
+  std::vector<int> shown(cloth.count(), -1);
+  for (std::size_t i = 0; i < sweeps * cloth.count(); ++i) {
+    const std::size_t at = i % cloth.count();
+    const bool is_first = i == at;
+    const int x = static_cast<int>(at % cloth.size.x);
+    const int y = static_cast<int>(at / cloth.size.x);
+    const Keys keys = keys_at(cloth, x, y);
+    std::size_t l = 0;
+    while (!found[l].contains(keys[l])) ++l;
+    arranged.stitches[l] += is_first ? 1 : 0;
+    const std::vector<int>& some = found[l][keys[l]];
+    int most = -1;
+    const auto try_one = [&](int one) {
+      int alike = 0;
+      for (const auto& [dx, dy] : sides)
+        alike += shown[index_at(cloth, x + dx, y + dy)] == beside(one, dx, dy) ? worth_of_side : 0;
+      for (int dy = -2; dy <= 2; ++dy)
+        for (int dx = -2; dx <= 2; ++dx)
+          alike += cloth.cells[index_at(cloth, x + dx, y + dy)] == sampler.cells[beside(one, dx, dy)] ? 1 : 0;
+      if (alike <= most) return;
+      most = alike;
+      shown[at] = one;
+    };
+    if (!is_first) try_one(shown[at]);
+    for (const auto& [dx, dy] : sides) {
+      const int next = shown[index_at(cloth, x + dx, y + dy)];
+      if (next >= 0 && std::ranges::binary_search(some, beside(next, -dx, -dy)))
+        try_one(beside(next, -dx, -dy));
     }
+    const std::size_t step = std::max<std::size_t>(1, some.size() / max_tried);
+    for (std::size_t k = hash64(at) % step; k < some.size() && is_first; k += step) try_one(some[k]);
   }
   arranged.map.kinds = n;
   arranged.map.size = cloth.size;
@@ -390,6 +402,7 @@ std::optional<Arrangement> arrange(const StitchGrid& cloth, const KindLimit& lim
   constexpr int usual_stitches = 784;    // made for others: as in the cloth, most have like ones around them
   constexpr int usual_crossings = 1600;  // of less yarn
   constexpr int rounds = 100'000;
+  constexpr double worth_of_more = 0.3;
   const int count = static_cast<int>(cloth.count());
   const bool is_usual = limit.by == By::size;
   const int few_usual = limit.stitches * (cloth.is_woven ? 2 : 1);
@@ -409,7 +422,7 @@ std::optional<Arrangement> arrange(const StitchGrid& cloth, const KindLimit& lim
     V2i size(std::clamp(static_cast<int>(std::sqrt(area)), 3, cloth.size.x), 3);
     size.y = std::clamp(static_cast<int>(area / size.x), 3, cloth.size.y);
     if (size.x * size.y > max_stitches || size.x * size.y >= count) break;
-    Search search(cloth, kinds, size);
+    Search search(cloth, kinds, size, limit.by == By::exact ? 0 : worth_of_more);
     search.run(rounds);
     if (search.missing(KindMatch::row) == 0)
       best.emplace(Arrangement{search.grid(), {}, kind_count, search.missing(KindMatch::eight), {}});
