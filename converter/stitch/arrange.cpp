@@ -47,11 +47,13 @@ Keys keys_at(const StitchGrid& grid, int x, int y) {
   return {four << 4 | sides(corners), four, own};
 }
 
-void set_row_yarns(StitchGrid& grid, int y) {
+/// Sets them in a knit; returns whether they change.
+bool set_row_yarns(StitchGrid& grid, int y) {
+  if (grid.is_woven) return false;
   std::uint8_t yarns = 0;
   for (int x = 0; x < grid.size.x; ++x)
     yarns |= static_cast<std::uint8_t>(1U << grid.cells[index_at(grid, x, y)]);
-  grid.rows[wrapped(y, grid.size.y)] = yarns;
+  return std::exchange(grid.rows[y], yarns) != yarns;
 }
 
 /// The kinds of a cloth, and what their presence is worth.
@@ -137,15 +139,12 @@ class Search {
     for (int y = 0; y < size.y; ++y) {
       for (int x = 0; x < size.x; ++x)
         grid_.cells[index_at(grid_, x, y)] = cloth.cells[index_at(cloth, x, y)];
-      if (!grid_.is_woven) set_row_yarns(grid_, y);
+      set_row_yarns(grid_, y);
     }
     for (std::size_t l = 0; l < present_.size(); ++l) present_[l].resize(kinds.levels[l].counts.size());
     ids_.assign(grid_.count(), {-1, -1, -1});
     is_changed_.resize(grid_.count());
-    for (int y = 0; y < size.y; ++y)
-      for (int x = 0; x < size.x; ++x) update(x, y);
-    gain_ = 0;
-    undone_.clear();
+    for (std::size_t at = 0; at < grid_.count(); ++at) update(at);
   }
 
   void run(int rounds) {
@@ -221,65 +220,54 @@ class Search {
 
   /// Keeps the changed cells, or takes them back.
   void change(const std::vector<std::pair<std::size_t, std::uint8_t>>& before) {
-    if (before.empty()) return;
-    gain_ = 0;
-    undone_.clear();
     std::vector<std::size_t> touched;
     const auto touch = [&](int x, int y) {
       const std::size_t at = index_at(grid_, x, y);
-      if (std::exchange(is_changed_[at], 1) != 0) return;
-      touched.push_back(at);
+      if (std::exchange(is_changed_[at], 1) == 0) touched.push_back(at);
     };
-    std::vector<std::pair<int, std::uint8_t>> rows;
     for (const auto& [at, cell] : before) {
       const int x = static_cast<int>(at % grid_.size.x);
       const int y = static_cast<int>(at / grid_.size.x);
       for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx) touch(x + dx, y + dy);
-      if (grid_.is_woven) continue;
-      const std::uint8_t yarns = grid_.rows[y];
-      set_row_yarns(grid_, y);
-      if (grid_.rows[y] == yarns) continue;
-      rows.emplace_back(y, yarns);
-      for (int i = 0; i < grid_.size.x; ++i) touch(i, y);
+      if (set_row_yarns(grid_, y))
+        for (int i = 0; i < grid_.size.x; ++i) touch(i, y);
+    }
+    gain_ = 0;
+    for (const std::size_t at : touched) update(at);
+    const bool is_kept = gain_ >= 0 || random_.uniform() < std::exp(gain_ / heat_);
+    for (const auto& [at, cell] : before) {
+      if (is_kept) break;
+      grid_.cells[at] = cell;
+      set_row_yarns(grid_, static_cast<int>(at / grid_.size.x));
     }
     for (const std::size_t at : touched) {
       is_changed_[at] = 0;
-      update(static_cast<int>(at % grid_.size.x), static_cast<int>(at / grid_.size.x));
+      if (!is_kept) update(at);
     }
-    if (gain_ >= 0 || random_.uniform() < std::exp(gain_ / heat_)) return;
-    for (const auto& [at, cell] : before) grid_.cells[at] = cell;
-    for (const auto& [y, yarns] : rows) grid_.rows[y] = yarns;
-    for (auto last = undone_.rbegin(); last != undone_.rend(); ++last) set_ids(last->first, last->second);
   }
 
-  using Ids = std::array<int, kind_match_count>;
-  void set_ids(std::size_t at, const Ids& ids) {
-    for (std::size_t l = 0; l < ids.size(); ++l) {
+  /// Counts a cell as the kinds that it is of now.
+  void update(std::size_t at) {
+    const Keys keys =
+        keys_at(grid_, static_cast<int>(at % grid_.size.x), static_cast<int>(at / grid_.size.x));
+    for (std::size_t l = 0; l < keys.size(); ++l) {
+      const Kinds::Level& level = kinds_.levels[l];
       const auto add = [&](int id, int sense) {
         if (id < 0) return;
         int& count = present_[l][id];
         const int more = std::max(count, count + sense);
         // As many of each kind as in the cloth, in proportion, are worth most.
         const double known = l == 0 ? worth_of_more_ * (std::sqrt(more) - std::sqrt(more - 1)) : 0;
-        gain_ += sense * kinds_.levels[l].worth[id] * (more == 1 ? 1 : known);
+        gain_ += sense * level.worth[id] * (more == 1 ? 1 : known);
         count += sense;
       };
-      if (ids_[at][l] == ids[l]) continue;
-      add(ids_[at][l], -1);
-      add(ids[l], 1);
+      const auto found = level.ids.find(keys[l]);
+      const int id = found == level.ids.end() ? -1 : found->second;
+      if (id == ids_[at][l]) continue;
+      add(std::exchange(ids_[at][l], id), -1);
+      add(id, 1);
     }
-    ids_[at] = ids;
-  }
-  void update(int x, int y) {
-    const std::size_t at = index_at(grid_, x, y);
-    const Keys keys = keys_at(grid_, x, y);
-    Ids ids{-1, -1, -1};
-    for (std::size_t l = 0; l < ids.size(); ++l)
-      if (const auto found = kinds_.levels[l].ids.find(keys[l]); found != kinds_.levels[l].ids.end())
-        ids[l] = found->second;
-    undone_.emplace_back(at, ids_[at]);
-    set_ids(at, ids);
   }
 
   const StitchGrid& cloth_;
@@ -287,10 +275,9 @@ class Search {
   double worth_of_more_;
   Random random_;
   StitchGrid grid_;
-  std::vector<Ids> ids_;                                    ///< of cells
+  std::vector<std::array<int, kind_match_count>> ids_;      ///< of cells
   std::array<std::vector<int>, kind_match_count> present_;  ///< cells of each kind
   std::vector<char> is_changed_;
-  std::vector<std::pair<std::size_t, Ids>> undone_;
   double gain_ = 0;
   double heat_ = 1;
 };
