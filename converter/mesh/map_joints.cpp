@@ -455,8 +455,8 @@ Result<void> set_map(YarnCell& cell, const YarnMap& map, std::span<const int> ya
     all.insert(all.end(), own.begin(), own.end());
   }
   yarns.nodes = std::move(all);
-  // Twice: directions follow from the moved nodes.
-  for (int k = 0; k < 2; ++k) join_ends(yarns, period, borders_of(yarns, period, border_nodes));
+  // Several times: directions follow from the moved nodes.
+  for (int k = 0; k < 4; ++k) join_ends(yarns, period, borders_of(yarns, period, border_nodes));
   move_to_ground(cell);
   const auto fine = static_cast<float>(step / fine_steps);
   for (V3f& node : yarns.nodes)

@@ -121,7 +121,7 @@ std::vector<std::uint8_t> with_triples(const std::vector<std::uint8_t>& given, i
 /// Annealing: pieces of the cloth are laid into a sampler of a size.
 class Search {
  public:
-  /// `worth_of_more`: of further stitches of a kind, of its first one's; 0: the search ends with all kinds.
+  /// `worth_of_more`: of further stitches of a kind, of its first one's.
   Search(const StitchGrid& cloth, const Kinds& kinds, const V2i& size, double worth_of_more)
       : cloth_(cloth),
         kinds_(kinds),
@@ -151,7 +151,6 @@ class Search {
     constexpr double hot = 4;
     constexpr double cold = 0.05;
     for (int i = 0; i < rounds; ++i) {
-      if (worth_of_more_ == 0 && i % 64 == 0 && missing(KindMatch::eight) == 0) break;
       heat_ = hot * std::pow(cold / hot, static_cast<double>(i) / rounds);
       lay_piece();
     }
@@ -179,7 +178,7 @@ class Search {
     }
     const V2i source(static_cast<int>(from % cloth_.size.x), static_cast<int>(from / cloth_.size.x));
     const bool is_row = !grid_.is_woven && random_.uniform() < 0.03;
-    const int reach = worth_of_more_ > 0 && random_.uniform() < 0.2 ? 2 + below(4) : 1;
+    const int reach = random_.uniform() < 0.2 ? 2 + below(4) : 1;
     const V2i first(is_row ? -below(grid_.size.x) : -reach, is_row ? -below(2) : -reach);
     const V2i piece(is_row ? grid_.size.x : std::min(grid_.size.x, 1 + 2 * reach),
                     is_row ? 1 - first.y : std::min(grid_.size.y, 1 + 2 * reach));
@@ -390,6 +389,7 @@ std::optional<Arrangement> arrange(const StitchGrid& cloth, const KindLimit& lim
   constexpr int usual_crossings = 1600;  // of less yarn
   constexpr int rounds = 100'000;
   constexpr double worth_of_more = 0.3;
+  constexpr double worth_if_few = 0.05;
   const int count = static_cast<int>(cloth.count());
   const bool is_usual = limit.by == By::size;
   const int few_usual = limit.stitches * (cloth.is_woven ? 2 : 1);
@@ -409,7 +409,7 @@ std::optional<Arrangement> arrange(const StitchGrid& cloth, const KindLimit& lim
     V2i size(std::clamp(static_cast<int>(std::sqrt(area)), 3, cloth.size.x), 3);
     size.y = std::clamp(static_cast<int>(area / size.x), 3, cloth.size.y);
     if (size.x * size.y > max_stitches || size.x * size.y >= count) break;
-    Search search(cloth, kinds, size, limit.by == By::exact ? 0 : worth_of_more);
+    Search search(cloth, kinds, size, limit.by == By::exact ? worth_if_few : worth_of_more);
     search.run(rounds);
     if (search.missing(KindMatch::row) == 0)
       best.emplace(Arrangement{search.grid(), {}, kind_count, search.missing(KindMatch::eight), {}});
