@@ -167,9 +167,6 @@ Shot read_shot(const RenderCommand& command) {
     add_variants(command, shot);
     add_frames(command, shot);
   }
-  for (const Fabric& fabric : shot.fabrics)
-    if (shot.options.path == RenderPath::paper && fabric.find_map() != nullptr)
-      refuse("--path", "paper shows no fabrics with a map");
   std::uint64_t& memory = shot.scene.memory_left;
   shot.look = value_or_throw(look_of(command.picture, own_lights, memory));
   if (shot.look.environment)

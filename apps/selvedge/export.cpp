@@ -41,7 +41,7 @@ Result<int> run(const ExportCommand& command) {
   for (const ExportedYarn& y : done.yarns) {
     yarns.push_back({{"material", y.material},
                      {"name", y.name},
-                     {"triangles", y.triangles_per_repeat},
+                     {"triangles", y.triangles_per_copy},
                      {"copies", y.copy_count},
                      {"bent", y.bent_count},
                      {"cut", y.cut_count},
@@ -58,7 +58,7 @@ Result<int> run(const ExportCommand& command) {
   report(
       command.common, "export", json,
       lines_text(yarns,
-                 "#{material} {name}: {triangles} triangles a repeat, {copies} copies, {bent} bent, {cut} "
+                 "#{material} {name}: {triangles} triangles a copy, {copies} copies, {bent} bent, {cut} "
                  "cut; gaps up to {gap:.2f} radii, overlaps {overlap:.2f}, turns {turn:.1f} degrees, shear "
                  "{shear:.1f}") +
           fill_pattern("{triangles} triangles -> {output} ({bytes} bytes)\n", json));

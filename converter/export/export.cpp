@@ -30,14 +30,24 @@ struct WornCloth {
   V3f tint{1, 1, 1};
   Fabric fabric;
   Cloth cloth;
-  V3d origin{0, 0, 0};  ///< m, world: of the cloth's positions
+  V3d origin{0, 0, 0};                 ///< m, world: of the cloth's positions
+  V2d cell_counts{1, 1};               ///< of a repeat: the map's stitches (repeat_mesh.h)
+  std::optional<Imath::Box2d> region;  ///< in cells
   std::vector<ClothCell> cells;
   std::vector<int> detail;  ///< of each cell: 1 in the region, else 0
 
   const Yarns& yarns() const { return *fabric.levels.front().yarns(); }
+  /// Makes texture coordinates count stitches.
+  void count_stitches(const YarnMap& map) {
+    cell_counts = V2d(map.size);
+    for (Cloth::Triangle& t : cloth.triangles)
+      for (Cloth::Corner& corner : t.corners) corner.uv *= cell_counts;
+    cloth.uv_area *= cell_counts.x * cell_counts.y;
+  }
 };
 
 constexpr double pixels_of_yarn = 1 << 14, pixels_in_region = 1 << 16;  ///< of a repeat's picture
+constexpr double pixels_of_map = 4;                                     ///< as many times as many
 
 /// Moves the cloth's positions to their origin (origin_of()), which it returns.
 V3d move_to_origin(Cloth& cloth) {
@@ -104,10 +114,6 @@ class Exporter {
       if (!fabric.levels.front().yarns())
         refuse(Code::fabric_unsupported, place,
                fmt::format("the fabric {} has texels alone, no yarn", source.name));
-      if (fabric.find_map() != nullptr)
-        refuse(Code::fabric_unsupported, place,
-               fmt::format("the fabric {} has a map, whose yarn is not exported: make it with --kinds none",
-                           source.name));
       if (material.fabric->tex_coord > 1)
         refuse(Code::garment_no_uvs, place, "only the UV sets 0 and 1 are read");
       WornCloth& worn = cloths_.emplace_back();
@@ -116,6 +122,7 @@ class Exporter {
       worn.tint = material.garment_textures.tint;
       worn.fabric = std::move(fabric);
       worn.cloth = cloth_of(scene, m);
+      if (const YarnMap* const map = worn.fabric.find_map()) worn.count_stitches(*map);
       worn.origin = move_to_origin(worn.cloth);
       if (worn.cloth.triangles.empty())
         refuse(Code::garment_no_uvs, place, "its texture coordinates cover no area in the scene");
@@ -139,7 +146,7 @@ class Exporter {
     const auto refuse_if_over = [&](double count, double least) {
       if (least <= allowed) return;
       refuse(Code::file_too_large, "",
-             fmt::format("{:.0f} repeats of yarn need {:.0f} triangles, more than {}; --triangles allows "
+             fmt::format("{:.0f} copies of yarn need {:.0f} triangles, more than {}; --triangles allows "
                          "more, and a larger repeat (dress --scale) needs fewer",
                          count, least, options_.triangle_budget));
     };
@@ -153,17 +160,20 @@ class Exporter {
     double full = 0;
     least = 0;
     for (WornCloth& worn : cloths_) {
+      if (options_.region)
+        worn.region = {options_.region->min * worn.cell_counts, options_.region->max * worn.cell_counts};
       auto cells = cells_of(worn.cloth, yarn_uv_bounds(worn.yarns()), allowed);
       if (!cells)
         refuse(
             Code::file_too_large, fmt::format("/materials/{}", worn.material),
             fmt::format("its texture coordinates reach over more than {} repeats", options_.triangle_budget));
       worn.cells = std::move(*cells);
+      if (const YarnMap* const map = worn.fabric.find_map())
+        for (ClothCell& cell : worn.cells) cell.stitch = map->shown_at(cell.repeat_index);
       full = std::max(full, max_triangles(worn.yarns()));
       least = std::max(least, min_triangles(worn.yarns()));
       for (const ClothCell& cell : worn.cells) {
-        worn.detail.push_back(options_.region &&
-                              options_.region->intersects(V2d(cell.repeat_index) + V2d(0.5, 0.5)));
+        worn.detail.push_back(worn.region && worn.region->intersects(V2d(cell.repeat_index) + V2d(0.5, 0.5)));
         counts[worn.detail.back()] += 1;
       }
     }
@@ -180,16 +190,18 @@ class Exporter {
 
   void add(const WornCloth& worn, const std::array<double, 2>& triangles) {
     std::vector<RepeatMesh> meshes;
+    const double more = worn.fabric.find_map() != nullptr ? pixels_of_map : 1;
     for (int detail = 0; detail <= std::ranges::max(worn.detail); ++detail)
       meshes.push_back(mesh_of_repeat(worn.yarns(), std::min(triangles[detail], max_triangles(worn.yarns())),
-                                      detail == 0 ? pixels_of_yarn : pixels_in_region));
-    const RepeatFrame frame{V2d(worn.yarns().period()), worn.fabric.reference_height};
+                                      more * (detail == 0 ? pixels_of_yarn : pixels_in_region)));
+    const RepeatFrame frame{V2d(cell_size(worn.yarns())), worn.fabric.reference_height};
+
     const LaidCloth laid =
-        place_repeats(worn.cloth, worn.cells, worn.yarns(), frame, meshes, worn.detail, options_.region);
+        place_repeats(worn.cloth, worn.cells, worn.yarns(), frame, meshes, worn.detail, worn.region);
     constexpr double degrees = 180 / std::numbers::pi;
     ExportedYarn yarn{.material = worn.material,
                       .name = worn.name,
-                      .triangles_per_repeat = {},
+                      .triangles_per_copy = {},
                       .max_gap_radii = laid.max_gap_radii,
                       .max_overlap_radii = laid.max_overlap_radii,
                       .max_turn_degrees = laid.max_turn * degrees,
@@ -197,18 +209,21 @@ class Exporter {
     for (std::size_t d = 0; d < meshes.size(); ++d) {
       const PlacedRepeats& placed = laid.repeats[d];
       const std::vector<int> materials = add_materials(worn, meshes[d], d == 0);
-      yarn.triangles_per_repeat.push_back(mesh_triangle_count(meshes[d]));
+      yarn.triangles_per_copy.push_back(mesh_triangle_count(meshes[d]));
       yarn.bent_count += placed.bent_repeat_count;
       yarn.cut_count += placed.cut_repeat_count;
       const std::string name = worn.name + (d == 0 ? " yarn" : " yarn in the region");
       for (const auto& [shape, copies] : placed.copies) {
         std::vector<TubeMesh> tubes;
-        for (const MergedTubes& one : meshes[d].tubes) tubes.push_back(shaped_mesh(one.mesh, shape, frame));
+        for (const MergedTubes& one : meshes[d].tubes_of(shape.stitch)) {
+          tubes.push_back(shaped_mesh(one.mesh, shape, frame));
+          report_.triangle_count +=
+              static_cast<std::int64_t>(tubes.back().indices.size() / 3 * copies.size());
+        }
         add_copies(name, add_mesh(name, tubes, materials), copies, worn.origin);
         yarn.copy_count += static_cast<int>(copies.size());
-        report_.triangle_count += yarn.triangles_per_repeat.back() * static_cast<std::int64_t>(copies.size());
       }
-      if (d > 0 && curves_ != nullptr) {
+      if (d > 0 && curves_ != nullptr && worn.fabric.find_map() == nullptr) {
         add_curves(worn, laid, name);
         continue;
       }
@@ -263,7 +278,7 @@ class Exporter {
     }
     Json& materials = document_.json["materials"];
     std::vector<int> numbers;
-    for (std::size_t y = 0; y < mesh.tubes.size(); ++y) {
+    for (std::size_t y = 0; y < mesh.tubes_of(0).size(); ++y) {
       numbers.push_back(in_place && y == 0 ? worn.material : append(materials, material));
       if (in_place && y == 0) materials[worn.material] = material;
     }

@@ -1,12 +1,13 @@
 // Stage "export": the yarn of a dressed garment as geometry, for viewers that know no fabrics.
 //
 // Triangles with a fabric are replaced by the tubes of its yarn: whole repeats are copies of one mesh, or of
-// the same one turned (EXT_mesh_gpu_instancing); repeats that borders and seams cut, that a copy does not
-// come near enough to, or that lie in the region are ordinary meshes. Materials are glTF's core with sheen,
-// without specular; their texture has the plies, the fibres and the light within the cell, colours of copies
-// and bent yarn the variation beyond the repeat. Buffers are compressed (EXT_meshopt_compression), normals
-// quantised (KHR_mesh_quantization). Hairs and textures of the garment on the fabric are left out. Other
-// triangles stay as they are; the garment is at rest, without animations.
+// the same one turned (EXT_mesh_gpu_instancing); so are all stitches that a map shows by the same one;
+// repeats that borders and seams cut, that a copy does not come near enough to, or that lie in the region are
+// ordinary meshes. Materials are glTF's core with sheen, without specular; their texture has the plies, the
+// fibres and the light within the cell, colours of copies and bent yarn the variation beyond the repeat.
+// Buffers are compressed (EXT_meshopt_compression), normals quantised (KHR_mesh_quantization). Hairs and
+// textures of the garment on the fabric are left out. Other triangles stay as they are; the garment is at
+// rest, without animations.
 #pragma once
 
 #include <Imath/ImathBox.h>
@@ -30,9 +31,10 @@ struct ExportOptions {
 struct ExportedYarn {
   int material = 0;  ///< of the garment
   std::string name;
-  std::vector<std::int64_t> triangles_per_repeat;  ///< of one repeat; then of one in the region
+  std::vector<std::int64_t>
+      triangles_per_copy;  ///< of a repeat, or a map's stitch in the mean; then in the region
   int copy_count = 0;
-  int bent_count = 0;  ///< whole repeats
+  int bent_count = 0;  ///< whole repeats or stitches
   int cut_count = 0;
   double max_gap_radii = 0,
          max_overlap_radii = 0;  ///< between neighbours, radii of yarn, at most (place_repeats.h)

@@ -66,6 +66,8 @@ class RepeatLayer {
         frame_(frame),
         region_(region),
         period_(frame.period),
+        repeat_(V2d(yarns.repeat()) / period_),
+        tile_(V2d(yarns.tile()) / period_),
         scale_(std::sqrt(cloth.area / (cloth.uv_area * period_.x * period_.y))),
         laid(cells.size()) {
     for (int i = 0; i < static_cast<int>(cells.size()); ++i)
@@ -75,7 +77,8 @@ class RepeatLayer {
   /// As a copy, unless it is cut or beyond the surface.
   void lay(int i, const RepeatMesh& mesh, bool in_region) {
     bool any = false, all = true;
-    for (const MergedTubes& tubes : mesh.tubes) {
+    laid[i].shape.stitch = cells_[i].stitch;
+    for (const MergedTubes& tubes : mesh.tubes_of(cells_[i].stitch)) {
       for (const V3f& p : tubes.mesh.positions) {
         const bool inside = below(i, V3d(p)).is_inside;
         any = any || inside;
@@ -163,9 +166,9 @@ class RepeatLayer {
     for (int round = 0; region_ && round < 3; ++round) {
       const V2d within = V2d(uv - region_->min), left = V2d(region_->max - uv);
       const double fraction = std::clamp(std::min({within.x, within.y, left.x, left.y}), 0.0, 1.0);
-      const RepeatPlace place = repeat_place(uv);
+      const RepeatPlace place = repeat_place(uv / tile_);
       const RepeatPlace moved = displaced_place(yarns_.variation(), place, static_cast<float>(fraction));
-      uv = shown - V2d(moved.repeat - place.repeat) - V2d(moved.fraction - place.fraction);
+      uv = shown - (V2d(moved.repeat - place.repeat) + V2d(moved.fraction - place.fraction)) * tile_;
     }
     return point_at(cloth_, cells_[i], uv);
   }
@@ -238,7 +241,8 @@ class RepeatLayer {
     const V3d translation = middle - centre * scale * turned;
     repeat.to_world = M44d().setScale(scale) * turned * M44d().setTranslation(translation);
     repeat.copy = {V3f(translation), V4f(Imath::V4d(rotation.v.x, rotation.v.y, rotation.v.z, rotation.r)),
-                   V3f(scale), yarns_.variation_factor(V2d(cells_[i].repeat_index) + V2d(0.5, 0.5), -1)};
+                   V3f(scale),
+                   yarns_.variation_factor((V2d(cells_[i].repeat_index) + V2d(0.5, 0.5)) / repeat_, -1)};
   }
 
   void add_vertex(int i, const MergedTubes& tubes, std::uint32_t vertex, TubeMesh& result) const {
@@ -249,7 +253,7 @@ class RepeatLayer {
     const V3d normal = y.cross(z) * n.x + z.cross(x) * n.y + x.cross(y) * n.z;
     result.normals.emplace_back((laid[i].shape.is_mirrored ? -normal : normal).normalized());
     result.tex_coords.push_back(tubes.mesh.tex_coords[vertex]);
-    result.shades.push_back(yarns_.variation_factor(uv_of(i, p), tubes.first_curve));
+    result.shades.push_back(yarns_.variation_factor(uv_of(i, p) / repeat_, tubes.first_curve));
   }
 
   const Cloth& cloth_;
@@ -258,8 +262,9 @@ class RepeatLayer {
   std::vector<YarnJoint> joints_;
   RepeatFrame frame_;
   std::optional<Imath::Box2d> region_;
-  V2d period_;    ///< mm
-  double scale_;  ///< m a mm
+  V2d period_;         ///< mm, of a cell
+  V2d repeat_, tile_;  ///< of the fabric and of its variation, in cells
+  double scale_;       ///< m a mm
   std::map<std::tuple<int, int, int>, int> numbers_;
 
  public:
@@ -314,7 +319,8 @@ LaidCloth place_repeats(const Cloth& cloth, const std::vector<ClothCell>& cells,
   std::vector<std::vector<TubeMesh>> tubes(cells.size());
   each([&](int i) {
     if (layer.laid[i].lay == Lay::copy || layer.laid[i].lay == Lay::none) return;
-    for (const MergedTubes& one : meshes[mesh_of_cell[i]].tubes) tubes[i].push_back(layer.bend(i, one));
+    for (const MergedTubes& one : meshes[mesh_of_cell[i]].tubes_of(cells[i].stitch))
+      tubes[i].push_back(layer.bend(i, one));
   });
   LaidCloth all;
   std::size_t first = 0;
@@ -322,11 +328,12 @@ LaidCloth place_repeats(const Cloth& cloth, const std::vector<ClothCell>& cells,
     PlyLines& lines = all.region_lines.emplace_back();
     const std::size_t count = segment_count(curve);
     for (int i = 0; i < static_cast<int>(cells.size()); ++i)
-      if (mesh_of_cell[i] > 0)
+      if (mesh_of_cell[i] > 0 && yarns.data().map.empty())
         layer.add_lines(i, curve, yarns.geometry().segments.subspan(first, count), lines);
     first += count;
   }
-  for (const RepeatMesh& mesh : meshes) all.repeats.emplace_back().bent_meshes.resize(mesh.tubes.size());
+  for (const RepeatMesh& mesh : meshes)
+    all.repeats.emplace_back().bent_meshes.resize(mesh.tubes_of(0).size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const LaidRepeat& repeat = layer.laid[i];
     const bool is_empty =

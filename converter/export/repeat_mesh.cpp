@@ -1,29 +1,31 @@
 #include "converter/export/repeat_mesh.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <tuple>
 
+#include "converter/export/yarn_lighting.h"
 #include "format/base/parallel.h"
-#include "format/fabric/directions.h"
+#include "format/cells/yarn_pieces.h"
 
 namespace selvedge {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr DirectionGrid lights_above{10, 10};
 constexpr int min_sides = 4, full_sides = 12, min_rings = 4;
 constexpr int min_sides_of_ply = 4, full_sides_of_ply = 8;
 
 /// The segments of a yarn or ply, which follow each other, and how far it bends along them.
 struct Chain {
   std::vector<Yarns::Segment> segments;
+  Yarns::Segment next;       ///< follows them
   std::vector<double> bend;  ///< up to each node: the integral of the root of the curvature
   double length = 0;         ///< mm
 
-  explicit Chain(std::span<const Yarns::Segment> chain) : segments(chain.begin(), chain.end()), bend{0} {
+  Chain(std::span<const Yarns::Segment> chain, const Yarns::Segment& after)
+      : segments(chain.begin(), chain.end()), next(after), bend{0} {
     std::vector<double> lengths{0};
     for (const Yarns::Segment& s : segments) {
       const auto own = static_cast<double>(s.along.length());
@@ -69,8 +71,8 @@ ChainPlace place_at(const Chain& chain, double fraction) {
   YarnFrame& frame = place.frame;
   frame.position =
       s.start + s.along * (t * t * (3 - 2 * t)) + first * (t * rest * rest) - second * (t * t * rest);
-  // The chain's end is as thick as its begin.
-  const Yarns::Segment& section = fraction < 1 ? s : chain.segments.front();
+  // The chain's end is as thick as what follows.
+  const Yarns::Segment& section = fraction < 1 ? s : chain.next;
   frame.squeeze = section.squeeze;
   frame.radius = section.radius;
   frame.tangent = squeezed(way, frame.squeeze).normalized();
@@ -79,104 +81,11 @@ ChainPlace place_at(const Chain& chain, double fraction) {
   return place;
 }
 
-/// The light that points of the yarn reflect, for each light above the cloth.
-class Lighting {
- public:
-  explicit Lighting(const Yarns& yarns) : yarns_(yarns), lights_(cell_directions(lights_above)) {}
-
-  /// The normal whose cosines come nearest to what places about a vertex reflect, each as far as it is seen
-  /// from above: what lies at other yarn is not.
-  V3f normal_at(std::span<const YarnHit> hits) const {
-    std::vector<V3f> reflected(lights_.size(), V3f(0, 0, 0));
-    V3f normal(0, 0, 0);
-    for (const YarnHit& hit : hits) {
-      const Reflection one = reflection_of({&hit, 1});
-      for (std::size_t i = 0; i < lights_.size(); ++i) reflected[i] += one.light[i] * one.seen;
-      normal += one.point.normal * one.seen;
-    }
-    normal.normalize();
-    constexpr float from_behind = -0.5F;  // there it has the normal of the yarn
-    return normal.z < from_behind ? normal : normal_for(reflected, normal);
-  }
-
-  struct Shown {
-    V3f color{0, 0, 0};  ///< of the picture
-    float fraction = 0;  ///< in [0, 1]: 0 where other yarn hides it from above
-    float seen = 0;      ///< weight in the mean of what is seen
-  };
-  /// The mean of some places on a surface with such a normal.
-  Shown shown_at(std::span<const YarnHit> hits, const V3f& normal) const {
-    constexpr float mostly_seen = 0.02F, min_squares = 0.02F;
-    const Reflection one = reflection_of(hits);
-    V3f sum(0, 0, 0);
-    float squares = 0;
-    for (std::size_t i = 0; i < lights_.size(); ++i) {
-      const float cosine = std::max(0.0F, normal.dot(lights_[i]));
-      sum += one.light[i] * (cosine * lights_[i].z);
-      squares += cosine * cosine * lights_[i].z;
-    }
-    if (!(squares > min_squares * static_cast<float>(lights_.size()))) return {};
-    return {sum * (std::numbers::pi_v<float> / squares), std::min(1.0F, one.seen / mostly_seen), one.seen};
-  }
-
- private:
-  static constexpr float min_seen = 1e-3F;
-
-  struct Reflection {
-    YarnPoint point;
-    std::vector<V3f> light;  ///< 1/sr
-    float seen = min_seen;   ///< by views about the cloth's normal, as most of a garment is seen
-  };
-
-  /// Mean over some places, which other yarn hides as it hides the first; as seen from above.
-  Reflection reflection_of(std::span<const YarnHit> hits) const {
-    Reflection result{yarns_.point_at(hits.front()), std::vector<V3f>(lights_.size(), V3f(0, 0, 0))};
-    const V3f normal = result.point.normal, view(0, 0, 1);
-    std::vector<bool> lit;
-    for (const V3f& l : lights_) {
-      lit.push_back(normal.dot(l) > 0 && !yarns_.is_occluded(hits.front(), result.point, l));
-      if (lit.back()) result.seen += normal.dot(l) * std::pow(l.z, 4.0F) / static_cast<float>(lights_.size());
-    }
-    const float fraction = 1 / static_cast<float>(hits.size());
-    for (const YarnHit& hit : hits) {
-      YarnPoint point = yarns_.point_at(hit);
-      yarns_.perturb_by_strands(point, view);
-      const LightTransfer transfer = yarns_.transfer_at(point);
-      const float factor = point.brightness * yarns_.lustre_view_factor(point, view) * fraction;
-      for (std::size_t i = 0; i < lights_.size(); ++i) {
-        result.light[i] += indirect_light(transfer, lights_[i]) * factor;
-        if (lit[i]) result.light[i] += yarns_.direct_reflectance(point, lights_[i], view) * fraction;
-      }
-    }
-    return result;
-  }
-
-  /// The unit vector whose cosines are nearest to the brightness, by least squares over the lights that it
-  /// faces.
-  V3f normal_for(const std::vector<V3f>& reflected, V3f normal) const {
-    for (int round = 0; round < 4; ++round) {
-      Eigen::Matrix3f squares = Eigen::Matrix3f::Identity() * 1e-3F;
-      Eigen::Vector3f sum(0, 0, 0);
-      for (std::size_t i = 0; i < lights_.size(); ++i) {
-        if (round > 0 && !(normal.dot(lights_[i]) > 0)) continue;
-        const Eigen::Vector3f l(lights_[i].x, lights_[i].y, lights_[i].z);
-        squares += l * l.transpose() * l.z();
-        sum += l * (l.z() * (reflected[i].x + reflected[i].y + reflected[i].z));
-      }
-      const Eigen::Vector3f best = squares.ldlt().solve(sum);
-      if (!(best.squaredNorm() > 0)) break;
-      normal = V3f(best.x(), best.y(), best.z()).normalized();
-    }
-    return normal;
-  }
-
-  const Yarns& yarns_;
-  std::vector<V3f> lights_;
-};
-
-/// Hairs are not drawn, and would hide light as if they were all as thick as they are.
-Yarns without_hairs(const Yarns& yarns) {
+/// Hairs are not drawn, and would hide light as if they were all as thick as they are. A map's stitches have
+/// their light where they are made.
+Yarns bare_yarns(const Yarns& yarns) {
   YarnData data = yarns.data();
+  data.map = {};
   for (YarnCurve& curve : data.curves) curve.hairs.count = 0;
   return {std::move(data), yarns.period()};
 }
@@ -187,21 +96,32 @@ struct SectionCorner {
   float reach = 1;   ///< in radii
 };
 
-/// A curve's axis and the plies about it.
+/// The axis of a curve, or of its part in a stitch of a map, and the plies about it.
 class PliedCurve {
  public:
   Chain axis;
+  int number;  ///< of the curve
+  int stitch;  ///< of the map; 0 without
 
-  PliedCurve(const Yarns& yarns, const YarnCurve& curve, Chain chain, int first_segment)
+  /// `begin`: the node of the curve where the axis begins.
+  PliedCurve(const Yarns& yarns, int curve, int in_stitch, Chain chain, int first_segment, int begin)
       : axis(std::move(chain)),
-        plies_(curve.plies),
+        number(curve),
+        stitch(in_stitch),
+        begin_(begin),
+        nodes_(yarns.data().curves[curve].nodes),
+        plies_(yarns.data().curves[curve].plies),
         radius_(static_cast<float>(unit_ply_radius(plies_.count))),
         first_segment_(first_segment),
         segments_(yarns.geometry().segments) {}
 
   int plies() const { return plies_.count; }
-  /// Radians, of the plies about the axis along the curve.
-  double twist() const { return 2 * pi * plies_.shift / plies_.count; }
+  bool is_part() const { return axis.segments.size() < nodes_; }
+  /// Radians, of the plies about the axis along it.
+  double twist() const {
+    return 2 * pi * plies_.shift / plies_.count * static_cast<double>(axis.segments.size()) /
+           static_cast<double>(nodes_);
+  }
 
   /// The angle of the first ply about the axis; it continues beyond pi.
   double turn_at(const ChainPlace& place) const {
@@ -210,9 +130,10 @@ class PliedCurve {
     const V3f out = mix(segment->axis_to_ply[0], segment->axis_to_ply[1], fraction);
     const double turn =
         std::atan2(out.dot(place.frame.tangent.cross(place.frame.across)), out.dot(place.frame.across));
-    const double near = static_cast<double>(plies_.phase) +
-                        twist() * (static_cast<double>(place.segment) + static_cast<double>(place.fraction)) /
-                            static_cast<double>(axis.segments.size());
+    const double near =
+        static_cast<double>(plies_.phase) +
+        twist() * (static_cast<double>(begin_ + place.segment) + static_cast<double>(place.fraction)) /
+            static_cast<double>(axis.segments.size());
     return near + std::remainder(turn - near, 2 * pi);
   }
 
@@ -257,27 +178,87 @@ class PliedCurve {
     const std::size_t divisions = plies_.divisions;
     const float part = place.fraction * static_cast<float>(divisions);
     const auto within = std::min(divisions - 1, static_cast<std::size_t>(part));
-    const std::size_t segment = (ply * axis.segments.size() + place.segment) * divisions + within;
+    const std::size_t node = ply * nodes_ + (begin_ + place.segment) % nodes_;
+    const std::size_t segment = node * divisions + within;
     return {&segments_[first_segment_ + segment], part - static_cast<float>(within)};
   }
 
+  std::size_t begin_, nodes_;
   YarnPlies plies_;
   float radius_;  ///< of a ply, in radii of the yarn
   std::size_t first_segment_;
   std::span<const Yarns::Segment> segments_;
 };
 
-/// Precondition: no hairs.
-std::vector<PliedCurve> curves_of(const Yarns& yarns) {
+/// The segments of a curve from the node `begin` on that lie in a stitch, in its frame.
+PliedCurve part_of(const Yarns& yarns, const YarnMap& map, int curve, std::span<const Yarns::Segment> all,
+                   int along, int begin, int count, int first_segment) {
+  const int nodes = static_cast<int>(all.size()), line = map.empty() ? 0 : map.lines[curve];
+  const V2i& turns = yarns.data().curves[curve].repeat_offset;
+  const auto at = [&](int i) {
+    Yarns::Segment s = all[i % nodes];
+    const V2f shift = V2f(turns * (i / nodes)) * yarns.period();
+    s.start += V3f(shift.x, shift.y, 0);
+    return s;
+  };
+  const bool is_upright = turns.x == 0;
+  const V2i place = is_upright ? V2i(line, along) : V2i(along, map.kinds.y - 1 - line);
+  const V3f middle = (at(begin).start + at(begin + count).start) / 2;
+  V3f origin(0, 0, 0);
+  for (int axis = 0; axis < 2 && !map.empty(); ++axis) {
+    const float cell = yarns.period()[axis] / static_cast<float>(map.kinds[axis]);
+    const float repeats = std::round((middle[axis] / cell - static_cast<float>(place[axis]) - 0.5F) /
+                                     static_cast<float>(map.kinds[axis]));
+    origin[axis] = static_cast<float>(place[axis] + axis) * cell + repeats * yarns.period()[axis];
+  }
+  std::vector<Yarns::Segment> segments;
+  for (int i = begin; i <= begin + count; ++i) {
+    segments.push_back(at(i));
+    segments.back().start -= origin;
+  }
+  return {yarns,
+          curve,
+          (map.kinds.y - 1 - place.y) * map.kinds.x + place.x,
+          Chain(std::span(segments).first(count), segments.back()),
+          first_segment,
+          begin};
+}
+
+/// The curves, or their parts in the stitches that a map shows. Precondition: bare_yarns().
+std::vector<PliedCurve> curves_of(const Yarns& yarns, const YarnMap& map) {
+  const std::set<int> shown(map.shown.begin(), map.shown.end());
   std::vector<PliedCurve> curves;
   int first = 0;
-  for_each_curve(yarns.data(), [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
+  for_each_curve(yarns.data(), [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> nodes) {
     YarnCurve bare = curve;
     bare.plies = {};
-    curves.emplace_back(yarns, curve, Chain(make_segments(bare, nodes, yarns.period())), first);
+    const std::vector<Yarns::Segment> all = make_segments(bare, nodes, yarns.period());
+    const std::vector<int> stitches = stitches_of(map, yarns.period(), curve, nodes);
+    const int count = curve.nodes;
+    const auto begin =
+        static_cast<int>(std::ranges::find_if(stitches, [&](int s) { return s != stitches.back(); }) -
+                         stitches.begin()) %
+        count;
+    for (int i = begin, end = i; i < begin + count; i = end) {
+      while (end < begin + count && stitches[end % count] == stitches[i % count]) ++end;
+      PliedCurve part = part_of(yarns, map, static_cast<int>(c), all, stitches[i % count], i, end - i, first);
+      if (map.empty() || shown.contains(part.stitch)) curves.push_back(std::move(part));
+    }
     first += static_cast<int>(segment_count(curve));
   });
   return curves;
+}
+
+/// The mean over the cells of the cloth of a sum over their curves.
+template <class Value>
+double cell_mean(const Yarns& yarns, const Value& value) {
+  const YarnMap& map = yarns.data().map;
+  std::vector<double> sums(std::size_t{1} * map.kinds.x * map.kinds.y);
+  const Yarns bare = bare_yarns(yarns);
+  for (const PliedCurve& curve : curves_of(bare, map)) sums[curve.stitch] += value(curve);
+  double sum = 0;
+  for (const std::uint16_t stitch : map.shown) sum += sums[stitch];
+  return map.empty() ? sums[0] : sum / static_cast<double>(map.shown.size());
 }
 
 /// How a curve becomes a tube. With these a round one is as far from the yarn around it as along it: chords
@@ -288,8 +269,12 @@ struct Tube {
   int rings = min_rings;
   bool shows_plies = false;
   std::vector<SectionCorner> section;  ///< the last corner is the first, after a whole turn
-  std::ptrdiff_t group = 0;            ///< MergedTubes
-  int first_row = 0, rows = 0;         ///< of the picture
+  std::size_t group = 0;               ///< MergedTubes
+  /// Where angles of a section without plies count from at both ends: there parts of a curve join others, so
+  /// that corners are at equal angles from above.
+  std::array<double, 2> ends{0, 0};
+  int first_row = 0, rows = 0;  ///< of the picture
+  int first_column = 0;         ///< likewise
 
   Tube(const PliedCurve& own, double triangles) : curve(&own) {
     const int plies = own.plies();
@@ -310,13 +295,20 @@ struct Tube {
     // As wide in the mean as the circle.
     const double wider = pi / (count * std::sin(pi / count));
     for (int i = 0; i <= count; ++i) section.push_back({2 * pi * i / count, static_cast<float>(wider)});
+    for (int k = 0; k < 2 && own.is_part(); ++k) {
+      const YarnFrame frame = place_at(own.axis, k).frame;
+      ends[k] = std::atan2(frame.tangent.cross(frame.across).z, frame.across.z);
+    }
+    ends[1] = ends[0] + std::remainder(ends[1] - ends[0], 2 * pi / count);
   }
 
   int sides() const { return static_cast<int>(section.size()) - 1; }
   /// Rings as near to the curve as this number of sides is to its section.
   int rings_of(int count) const { return static_cast<int>(count * curve->axis.winding() / (2 * pi)); }
   /// Where angles of the section count from.
-  double first_angle(double turn) const { return shows_plies ? turn : 0; }
+  double first_angle(double turn, double fraction) const {
+    return shows_plies ? turn : ends[0] + fraction * (ends[1] - ends[0]);
+  }
   double angle_at(double side) const {
     const double whole = std::floor(side / sides()), within = side - whole * sides();
     const int i = std::min(static_cast<int>(within), sides() - 1);
@@ -339,49 +331,70 @@ struct Tube {
 class TubeBuilder {
  public:
   explicit TubeBuilder(const Yarns& yarns)
-      : yarns_(without_hairs(yarns)), lighting_(yarns_), curves_(curves_of(yarns_)) {}
+      : yarns_(bare_yarns(yarns)),
+        map_(yarns.data().map),
+        lighting_(yarns_),
+        curves_(curves_of(yarns_, map_)),
+        length_of_cell_(cell_mean(yarns, [](const PliedCurve& curve) { return curve.axis.length; })) {}
 
   RepeatMesh build(double triangles, double pixels) const {
     RepeatMesh mesh;
     std::vector<Tube> tubes;
     double length = 0, area = 0, widest = 0;
-    for (const PliedCurve& curve : curves_) length += curve.axis.length;
+
     const auto& data = yarns_.data().curves;
-    for (std::size_t c = 0; c < curves_.size(); ++c) {
-      Tube& tube = tubes.emplace_back(curves_[c], triangles * curves_[c].axis.length / length);
+    for (const PliedCurve& curve : curves_) {
+      Tube& tube = tubes.emplace_back(curve, triangles * curve.axis.length / length_of_cell_);
       auto group = std::ranges::find_if(mesh.tubes, [&](const MergedTubes& other) {
-        return data[other.first_curve].albedo == data[c].albedo &&
-               data[other.first_curve].gloss == data[c].gloss;
+        return data[other.first_curve].albedo == data[curve.number].albedo &&
+               data[other.first_curve].gloss == data[curve.number].gloss;
       });
-      if (group == mesh.tubes.end()) group = mesh.tubes.insert(group, {static_cast<int>(c), {}});
+      if (group == mesh.tubes.end()) group = mesh.tubes.insert(group, {curve.number, {}});
       tube.group = group - mesh.tubes.begin();
-      const double girth = 2 * pi * static_cast<double>(data[c].radius);
-      area += girth * curves_[c].axis.length;
+      const double girth = 2 * pi * static_cast<double>(data[curve.number].radius);
+      length += curve.axis.length;
+      area += girth * curve.axis.length;
       widest = std::max(widest, girth);
     }
+    mesh.stitches = map_.kinds.x * map_.kinds.y;
+    const std::vector<MergedTubes> groups = mesh.tubes;
+    for (int stitch = 1; stitch < mesh.stitches; ++stitch)
+      mesh.tubes.insert(mesh.tubes.end(), groups.begin(), groups.end());
     Image& picture = mesh.picture;
     picture.channels = 3;
-    picture.width = std::max(min_sides, static_cast<int>(widest / std::sqrt(area / pixels)));
-    const double row = length * picture.width / pixels;  // mm
+    const int around = std::max(min_sides, static_cast<int>(widest / std::sqrt(area / pixels)));
+    const double row = length * around / pixels;  // mm
+    int column = side_margin_, bottom = 0;
     for (Tube& tube : tubes) {
-      tube.first_row = picture.height + margin;
       tube.rows = std::max(min_rings, static_cast<int>(tube.curve->axis.length / row));
-      picture.height = tube.first_row + tube.rows + margin;
+      if (!map_.empty() && bottom + tube.rows > max_rows) column += around + 2 * side_margin_, bottom = 0;
+      tube.first_column = column;
+      tube.first_row = bottom + margin;
+      bottom = tube.first_row + tube.rows + margin;
+      picture.height = std::max(picture.height, bottom);
     }
+    picture.width = column + around + side_margin_;
     picture.pixels.resize(std::size_t{3} * picture.width * picture.height);
     for (const Tube& tube : tubes) {
-      TubeMesh& group = mesh.tubes[tube.group].mesh;
+      TubeMesh& group = mesh.tubes[tube.curve->stitch * groups.size() + tube.group].mesh;
       const std::size_t first = group.positions.size();
-      add_tube(tube, picture.height, group);
-      paint(tube, std::span(group.normals).subspan(first), picture);
+      add_tube(tube, picture, around, group);
+      paint(tube, around, std::span(group.normals).subspan(first), picture);
     }
     return mesh;
   }
 
  private:
   static constexpr int margin = 2;  ///< rows of a tube's picture beyond either end
+  /// Pictures of a map's stitches are in columns of about so many rows, with one pixel more on either side.
+  static constexpr int max_rows = 4096;
 
-  void add_tube(const Tube& tube, int height, TubeMesh& mesh) const {
+  /// The angle where a tube's picture begins: at its first ply, where it may wind across.
+  double picture_angle(const Tube& tube, double turn, double fraction) const {
+    return map_.empty() ? turn : tube.first_angle(turn, fraction);
+  }
+
+  void add_tube(const Tube& tube, const Image& picture, int around, TubeMesh& mesh) const {
     const int sides = tube.sides(), rings = tube.rings;
     const PliedCurve& curve = *tube.curve;
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
@@ -394,17 +407,19 @@ class TubeBuilder {
       const std::size_t vertex = first + static_cast<std::size_t>(i);
       const double fraction = double{1} * ring / rings;
       const ChainPlace place = place_at(curve.axis, fraction);
-      const double turn = curve.turn_at(place), from = tube.first_angle(turn);
+      const double turn = curve.turn_at(place), from = tube.first_angle(turn, fraction);
       const auto& [angle, reach] = tube.section[side];
       mesh.positions[vertex] =
           place.frame.surface_position(place.round_at(from + tube.section[side % sides].angle) * reach);
-      mesh.tex_coords[vertex] =
-          V2f(V2d((from + angle - turn) / (2 * pi), (tube.first_row + fraction * tube.rows) / height));
+      const double turns = (from + angle - picture_angle(tube, turn, fraction)) / (2 * pi);
+      mesh.tex_coords[vertex] = V2f(V2d((tube.first_column + turns * around) / picture.width,
+                                        (tube.first_row + fraction * tube.rows) / picture.height));
       std::vector<YarnHit> hits;
       for (const double along : {-0.25, 0.25}) {
-        const double at = (ring + along) / rings;
-        const ChainPlace beside = place_at(curve.axis, at - std::floor(at));
-        const double begin = tube.first_angle(curve.turn_at(beside));
+        const double near = (ring + along) / rings;
+        const double at = curve.is_part() ? std::clamp(near, 0.0, 1.0) : near - std::floor(near);
+        const ChainPlace beside = place_at(curve.axis, at);
+        const double begin = tube.first_angle(curve.turn_at(beside), at);
         for (const double around : {-0.25, 0.25})
           hits.push_back(curve.hit_at(beside, begin + tube.angle_at(side % sides + around)));
       }
@@ -418,19 +433,19 @@ class TubeBuilder {
     }
   }
 
-  /// The tube's rows of the picture, from the first ply around. Places that are hidden have the color that
+  /// The tube's part of the picture, from picture_angle() around. Places that are hidden have the color that
   /// gives smaller pictures the mean of what is seen.
-  void paint(const Tube& tube, std::span<const V3f> normals, Image& picture) const {
+  void paint(const Tube& tube, int around, std::span<const V3f> normals, Image& picture) const {
     const PliedCurve& curve = *tube.curve;
-    std::vector<Lighting::Shown> shown(std::size_t{1} * tube.rows * picture.width);
+    std::vector<Lighting::Shown> shown(std::size_t{1} * tube.rows * around);
     parallel_for(0, tube.rows, [&](int row) {
       const double fraction = (row + 0.5) / tube.rows, along = fraction * tube.rings;
       const ChainPlace place = place_at(curve.axis, fraction);
       const double turn = curve.turn_at(place);
       const int ring = static_cast<int>(along);
-      for (int x = 0; x < picture.width; ++x) {
-        const double angle = turn + 2 * pi * (x + 0.5) / picture.width;
-        const double at = tube.side_at(angle - tube.first_angle(turn));
+      for (int x = 0; x < around; ++x) {
+        const double angle = picture_angle(tube, turn, fraction) + 2 * pi * (x + 0.5) / around;
+        const double at = tube.side_at(angle - tube.first_angle(turn, fraction));
         const int side = std::min(static_cast<int>(at), tube.sides() - 1);
         const auto normal_on = [&](int r) {
           return mix(normals[tube.vertex(r, side)], normals[tube.vertex(r, side + 1)],
@@ -440,10 +455,10 @@ class TubeBuilder {
         std::vector<YarnHit> hits{curve.hit_at(place, angle)};
         for (const double up : {-0.25, 0.25}) {
           const ChainPlace beside = place_at(curve.axis, fraction + up / tube.rows);
-          for (const double around : {-0.25, 0.25})
-            hits.push_back(curve.hit_at(beside, angle + 2 * pi * around / picture.width));
+          for (const double across : {-0.25, 0.25})
+            hits.push_back(curve.hit_at(beside, angle + 2 * pi * across / around));
         }
-        shown[std::size_t{1} * row * picture.width + x] = lighting_.shown_at(hits, normal.normalized());
+        shown[std::size_t{1} * row * around + x] = lighting_.shown_at(hits, normal.normalized());
       }
     });
     V3d seen(0, 0, 0), kept(0, 0, 0);
@@ -458,19 +473,23 @@ class TubeBuilder {
     if (hidden > 0 && weight > 0)
       rest = V3f((seen / weight * static_cast<double>(shown.size()) - kept) / hidden);
     for (int row = -margin; row < tube.rows + margin; ++row) {
-      for (int x = 0; x < picture.width; ++x) {
+      for (int x = -side_margin_; x < around + side_margin_; ++x) {
         const Lighting::Shown& one =
-            shown[std::size_t{1} * std::clamp(row, 0, tube.rows - 1) * picture.width + x];
+            shown[std::size_t{1} * std::clamp(row, 0, tube.rows - 1) * around + (x + around) % around];
         const V3f color = mix(rest, one.color, one.fraction);
         for (int k = 0; k < 3; ++k)
-          picture.pixels[3 * ((tube.first_row + row) * picture.width + x) + k] = std::max(0.0F, color[k]);
+          picture.pixels[3 * ((tube.first_row + row) * picture.width + tube.first_column + x) + k] =
+              std::max(0.0F, color[k]);
       }
     }
   }
 
   Yarns yarns_;
+  YarnMap map_;
+  int side_margin_ = map_.empty() ? 0 : 1;  ///< pixels
   Lighting lighting_;
   std::vector<PliedCurve> curves_;
+  double length_of_cell_;  ///< mm, of all yarn, in the mean
 };
 
 }  // namespace
@@ -480,23 +499,26 @@ RepeatMesh mesh_of_repeat(const Yarns& yarns, double triangles, double pixels) {
 }
 
 std::int64_t mesh_triangle_count(const RepeatMesh& mesh) {
-  std::size_t sum = 0;
-  for (const MergedTubes& tubes : mesh.tubes) sum += tubes.mesh.indices.size() / 3;
-  return static_cast<std::int64_t>(sum);
+  std::size_t sum = 0, cells = 0;
+  for (int stitch = 0; stitch < mesh.stitches; ++stitch) {
+    const std::size_t before = sum;
+    for (const MergedTubes& tubes : mesh.tubes_of(stitch)) sum += tubes.mesh.indices.size() / 3;
+    cells += sum > before;
+  }
+  return static_cast<std::int64_t>(sum / cells);
 }
 
+V2f cell_size(const Yarns& yarns) { return yarns.period() / V2f(yarns.data().map.kinds); }
+
 double min_triangles(const Yarns& yarns) {
-  return 2.0 * min_sides * min_rings * static_cast<double>(yarns.data().curves.size());
+  return cell_mean(yarns, [](const PliedCurve&) { return 2.0 * min_sides * min_rings; });
 }
 
 double max_triangles(const Yarns& yarns) {
-  double sum = 0;
-  const Yarns bare = without_hairs(yarns);
-  for (const PliedCurve& curve : curves_of(bare)) {
+  return cell_mean(yarns, [](const PliedCurve& curve) {
     const Tube full(curve, 1e9);
-    sum += 2.0 * full.sides() * full.rings;
-  }
-  return sum;
+    return 2.0 * full.sides() * full.rings;
+  });
 }
 
 std::vector<YarnJoint> joints_of(const Yarns& yarns) {
@@ -505,9 +527,18 @@ std::vector<YarnJoint> joints_of(const Yarns& yarns) {
   constexpr int reach = 2;          // repeats
   const V2f& period = yarns.period();
   const auto& curves = yarns.data().curves;
-  const Yarns bare = without_hairs(yarns);
-  const std::vector<PliedCurve> plied = curves_of(bare);
   std::vector<YarnJoint> joints;
+  if (!yarns.data().map.empty()) {
+    const V2f cell = cell_size(yarns);
+    const V3f middle(cell.x / 2, -cell.y / 2, (yarns.geometry().min_z + yarns.geometry().max_z) / 2);
+    for (const V2i& side : {V2i(1, 0), V2i(-1, 0), V2i(0, 1), V2i(0, -1)}) {
+      const V3f half(middle.x * static_cast<float>(side.x), -middle.y * static_cast<float>(side.y), 0);
+      joints.push_back({middle + half, middle - half, side, curves.front().radius, true});
+    }
+    return joints;
+  }
+  const Yarns bare = bare_yarns(yarns);
+  const std::vector<PliedCurve> plied = curves_of(bare, {});
   const auto place_of = [&](std::size_t c, int i) {
     return place_at(plied[c].axis, static_cast<double>(i) / places).frame.position;
   };
@@ -544,13 +575,22 @@ std::vector<YarnJoint> joints_of(const Yarns& yarns) {
 
 Imath::Box2d yarn_uv_bounds(const Yarns& yarns) {
   Imath::Box2d reach;
-  for (const Yarns::Segment& s : yarns.geometry().segments) {
-    if (s.hair_threshold > 0) continue;
+  const V2f cell = cell_size(yarns);
+  const auto extend = [&](const Yarns::Segment& s) {
+    if (s.hair_threshold > 0) return;
     const V3f wide(section_extent(s.bounding_radius, s.squeeze, V3f(1, 0, 0)),
                    section_extent(s.bounding_radius, s.squeeze, V3f(0, 1, 0)), 0);
     for (const V3f& p : {s.start - wide, s.start + wide, s.start + s.along - wide, s.start + s.along + wide})
-      reach.extendBy(V2d(p.x / yarns.period().x, -p.y / yarns.period().y));
+      reach.extendBy(V2d(p.x / cell.x, -p.y / cell.y));
+  };
+  const YarnMap& map = yarns.data().map;
+  if (map.empty()) {
+    for (const Yarns::Segment& s : yarns.geometry().segments) extend(s);
+    return reach;
   }
+  const Yarns bare = bare_yarns(yarns);
+  for (const PliedCurve& curve : curves_of(bare, map))
+    for (const Yarns::Segment& s : curve.axis.segments) extend(s);
   return reach;
 }
 

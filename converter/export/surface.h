@@ -11,7 +11,8 @@
 
 namespace selvedge {
 
-/// Cloth on triangles of the scene; all that wears one material. Texture coordinates count repeats.
+/// Cloth on triangles of the scene; all that wears one material. Texture coordinates count repeats, or
+/// stitches of a map.
 struct Cloth {
   struct Corner {
     V2d uv;
@@ -41,6 +42,7 @@ struct ClothCell {
   int patch = 0;
   V2i repeat_index{0, 0};
   std::vector<int> triangles;
+  int stitch = 0;  ///< of a map
 };
 
 /// The cells whose yarn may lie on the cloth, patch by patch and row by row. `reach`: of a repeat

@@ -53,28 +53,6 @@ std::array<Group, 2> strands_of(const YarnCurve& curve, const V2f& sense, const 
            {static_cast<float>(s.rows.next_first_row), width, some ? sense.x : 0, some ? sense.y : 0}}};
 }
 
-/// The stitch of a map, along its curve, that the segment behind each node belongs to: it ends at the node on
-/// its border, also where yarn bulges over that before.
-std::vector<int> stitches_of(const YarnMap& map, const V2f& period, const YarnCurve& curve,
-                             std::span<const V3f> nodes) {
-  constexpr float near = 1e-3F;  // of a stitch
-  std::vector<int> stitches(nodes.size(), 0);
-  if (map.empty()) return stitches;
-  const int along = curve.repeat_offset.x == 0 ? 1 : 0;
-  const auto at = [&](std::size_t i) {
-    return nodes[i][along] / period[along] * static_cast<float>(map.kinds[along]);
-  };
-  std::size_t first = 0;
-  while (first + 1 < nodes.size() && std::abs(at(first) - std::round(at(first))) > near) ++first;
-  float border = std::round(at(first));
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (i > first && std::abs(at(i) - border - 1) < near) ++border;
-    const int stitch = static_cast<int>(i < first ? border - 1 : border) % map.kinds[along];
-    stitches[i] = stitch < 0 ? stitch + map.kinds[along] : stitch;
-  }
-  return stitches;
-}
-
 /// A piece, and the number of its stitch; without a map 0.
 using NumberedPiece = std::pair<int, Yarns::Segment>;
 
@@ -277,6 +255,26 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
 }
 
 }  // namespace
+
+std::vector<int> stitches_of(const YarnMap& map, const V2f& period, const YarnCurve& curve,
+                             std::span<const V3f> nodes) {
+  constexpr float near = 1e-3F;  // of a stitch
+  std::vector<int> stitches(nodes.size(), 0);
+  if (map.empty()) return stitches;
+  const int along = curve.repeat_offset.x == 0 ? 1 : 0;
+  const auto at = [&](std::size_t i) {
+    return nodes[i][along] / period[along] * static_cast<float>(map.kinds[along]);
+  };
+  std::size_t first = 0;
+  while (first + 1 < nodes.size() && std::abs(at(first) - std::round(at(first))) > near) ++first;
+  float border = std::round(at(first));
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (i > first && std::abs(at(i) - border - 1) < near) ++border;
+    const int stitch = static_cast<int>(i < first ? border - 1 : border) % map.kinds[along];
+    stitches[i] = stitch < 0 ? stitch + map.kinds[along] : stitch;
+  }
+  return stitches;
+}
 
 CellYarn::CellYarn(const Yarns& yarns, float plane, std::span<const float> sky)
     : yarns_(&yarns),

@@ -120,10 +120,7 @@ FabricLevel shown_texels(const FabricLevel& level, const YarnMap& map, const V2i
   FabricLevel result;
   result.width = size.x;
   result.height = size.y;
-  const auto at = [&](int x, int y) {
-    const V2i shown = map.shown_upwards({first.x + x, -1 - first.y - y});
-    return (map.kinds.y - 1 - shown.y) * map.kinds.x + shown.x;
-  };
+  const auto at = [&](int x, int y) { return map.shown_at({first.x + x, first.y + y}); };
   take_texels(level, {LayerKind::opacity, LayerKind::products}, at, result);
   return result;
 }

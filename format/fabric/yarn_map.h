@@ -25,10 +25,13 @@ struct YarnMap {
   /// The stitch of the yarn at a stitch of the cloth, of any repeat; rows of both counted upwards (y) from v
   /// = 0.
   V2i shown_upwards(const V2i& stitch) const {
-    const auto within = [](int i, int count) { return (i % count + count) % count; };
-    const int at =
-        shown[static_cast<std::size_t>(within(-1 - stitch.y, size.y)) * size.x + within(stitch.x, size.x)];
+    const int at = shown_at({stitch.x, -1 - stitch.y});
     return {at % kinds.x, kinds.y - 1 - at / kinds.x};
+  }
+  /// `shown` at a column and row of any repeat.
+  int shown_at(const V2i& stitch) const {
+    const auto within = [](int i, int count) { return (i % count + count) % count; };
+    return shown[static_cast<std::size_t>(within(stitch.y, size.y)) * size.x + within(stitch.x, size.x)];
   }
   /// The yarn's own repeat, of a cloth with this repeat, mm.
   V2f yarn_period(const V2f& repeat) const { return empty() ? repeat : repeat * V2f(kinds) / V2f(size); }

@@ -67,6 +67,13 @@ test_a_fabric_is_recoloured_by_the_stitch_in_other_colours() {
   digests=$(sed -n '/"digests": {/,/^    },/p' "$scratch/out" | tr -d ' \n')
   exits 0 selvedge info dyed.fabric.exr --json
   for layer in map yarns indirect; do holds "'$digests'.includes(r.content.digests.$layer[0])"; done
+  # Its yarn is exported stitch by stitch: 12 x 12 in the square.
+  write_quad quad.gltf
+  selvedge dress quad.gltf blue.fabric.exr -o quad.glb --all --quiet
+  exits 0 selvedge export quad.glb -o yarn.glb --triangles 60000 --json
+  holds 'r.triangles <= 60000 && r.triangles > 15000'
+  holds '(({copies, bent, cut}) => bent + copies >= 80 && copies + bent + cut >= 144)(r.yarns[0])'
+  exits 0 selvedge check yarn.glb
   refuses OPTION_OUT_OF_RANGE 'blue.fabric.exr: --recolour' selvedge make moved.txt "${map[@]}" --recolour blue.fabric.exr -o o.exr
 }
 

@@ -3,6 +3,7 @@
 #include <Imath/ImathQuat.h>
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -180,6 +181,52 @@ TEST_CASE("export: repeats are whole copies, mirrored ones, bent or cut, as the 
   }
 }
 
+TEST_CASE("export: each stitch of a map is a copy of the tubes of the one that it shows") {
+  YarnData data = straight_yarn();
+  data.curves[0].nodes = 8;
+  data.nodes.clear();
+  for (int i = 0; i < 8; ++i)  // it rises in the first of two stitches
+    data.nodes.emplace_back(period.x * static_cast<float>(i) / 8, -period.y / 2,
+                            height + (i == 2 ? radius : 0));
+  data.map = {.kinds = {2, 1}, .size = {3, 2}, .shown = {0, 1, 1, 1, 0, 1}, .lines = {0}};
+  const Yarns yarns(data, period);
+  const V2f cell = cell_size(yarns);
+  CHECK(cell == V2f(period.x / 2, period.y));
+  const RepeatMesh mesh = mesh_of_repeat(yarns, 200, 1024);
+  REQUIRE(mesh.stitches == 2);
+  REQUIRE(mesh.tubes.size() == 2);
+  std::int64_t triangles = 0;  // of the cloth's repeat
+  for (const int stitch : {0, 1}) {
+    const TubeMesh& tube = mesh.tubes_of(stitch).front().mesh;
+    triangles += static_cast<std::int64_t>(tube.indices.size() / 3) * (stitch == 0 ? 2 : 4);
+    Imath::Box3f box;
+    for (const V3f& p : tube.positions) box.extendBy(p);
+    CHECK(std::abs(box.min.x) < 1e-5F);
+    CHECK(box.max.x == doctest::Approx(cell.x));
+    CHECK(box.center().y == doctest::Approx(-period.y / 2));
+    CHECK((box.max.z > height + 1.5F * radius) == (stitch == 0));
+    // Yarn that continues in the next stitch has its corners there.
+    for (const V3f& p : tube.positions) {
+      if (p.x > 1e-4F) continue;
+      const auto& other = mesh.tubes_of(1 - stitch).front().mesh.positions;
+      CHECK(std::ranges::any_of(other,
+                                [&](const V3f& q) { return (q - p - V3f(cell.x, 0, 0)).length() < 0.02F; }));
+    }
+  }
+  CHECK(triangles <= 6 * 200);
+  CHECK(triangles > 6 * min_triangles(yarns));
+  const Cloth cloth = cloth_on(6, 6, 2, flat(), everywhere);
+  auto cells = cells_of(cloth, yarn_uv_bounds(yarns), 1000);
+  REQUIRE(cells);
+  for (ClothCell& one : *cells) one.stitch = data.map.shown_at(one.repeat_index);
+  const LaidCloth laid = place_repeats(cloth, *cells, yarns, {V2d(cell), height}, std::span(&mesh, 1),
+                                       std::vector<int>(cells->size()));
+  CHECK(laid.max_gap_radii < 1e-6);
+  REQUIRE(laid.repeats[0].copies.size() == 2);
+  CHECK(laid.repeats[0].copies.at({.stitch = 0}).size() == 12);
+  CHECK(laid.repeats[0].copies.at({.stitch = 1}).size() == 24);
+}
+
 TEST_CASE("export: the file has the copies, and the triangles of the cloth are gone") {
   test::Workshop workshop;
   Fabric fabric = test::lambert_fabric(V2d(period), 4, V3f(0.5F, 0.4F, 0.3F));
@@ -206,7 +253,7 @@ TEST_CASE("export: the file has the copies, and the triangles of the cloth are g
   CHECK(scene.instances.size() == 12);
   REQUIRE(scene.primitives.size() == 1);
   CHECK(static_cast<std::int64_t>(scene.primitives[0].indices.size() / 3) ==
-        report->yarns[0].triangles_per_repeat[0]);
+        report->yarns[0].triangles_per_copy[0]);
   CHECK(scene.fabrics.empty());
   CHECK(scene.images.size() == 1);  // of the yarn
   REQUIRE(scene.materials.size() == 1);
@@ -214,7 +261,7 @@ TEST_CASE("export: the file has the copies, and the triangles of the cloth are g
   const auto region = export_yarn(workshop.output, exported, {.region = Imath::Box2d(V2d(0, 0), V2d(2, 1))});
   REQUIRE(region);
   REQUIRE(region->yarns.size() == 1);
-  CHECK(region->yarns[0].triangles_per_repeat.size() == 2);
+  CHECK(region->yarns[0].triangles_per_copy.size() == 2);
   CHECK(region->yarns[0].copy_count == 10);
   CHECK(region->yarns[0].bent_count == 2);
   const std::string layer = workshop.folder / "yarn.usda";
