@@ -101,8 +101,11 @@ Info fabric_info(const std::string& path, const SceneLimits& limits) {
     text += fmt::format("yarn           {} curves, {} nodes{}\n", yarns.curves, yarns.nodes,
                         yarns.light_functions > 0 ? ", packed" : "");
   if (header.layer(LayerKind::map))
-    text += fmt::format("map            {} x {} stitches, of {} x {}\n", yarns.map_size.x, yarns.map_size.y,
-                        header.width, header.height);
+    text += fmt::format("map            {} x {} stitches, of {} x {}", yarns.map_size.x, yarns.map_size.y,
+                        header.width, header.height) +
+            (content.contains("/sheet/kinds/decibels"_json_pointer)
+                 ? fill_pattern(", {sheet/kinds/decibels} dB beside all kinds\n", content)
+                 : "\n");
   return {{{"content", std::move(content)}, {"layers", std::move(layers)}}, std::move(text)};
 }
 

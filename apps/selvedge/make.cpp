@@ -450,6 +450,10 @@ void declare_make(Options& options, MakeCommand& command) {
                             : text == "exact" ? KindLimit::By::exact
                                               : KindLimit::By::none;
                });
+  options
+      .number("--accuracy", command.cell.kinds.decibels, "DB",
+              "Make as few stitches of a large repeat as keep this beside all kinds")
+      .in_range(1, max_decibels);
   options.text("--list", command.list_path, "FILE", "Many fabrics, a line each: twill -o t.fabric.exr")
       .reads();
   options.number("--line", command.list_line, "N", "Make this line alone: a job of a job array")
@@ -461,10 +465,13 @@ void declare_make(Options& options, MakeCommand& command) {
     const bool is_whole =
         !command.options.bake.stores_yarns || command.options.bake.indirect != IndirectLight::lines ||
         std::ranges::any_of(whole, [&](const char* name) { return options.is_given(name); });
-    if (!options.is_given("--kinds") && !is_whole)
+    options.refuse_if(options.is_given("--accuracy"), "excludes --accuracy", {"--kinds"});
+    if (options.is_given("--accuracy"))
+      command.cell.kinds.by = KindLimit::By::accuracy;
+    else if (!options.is_given("--kinds") && !is_whole)
       command.cell.kinds = {KindLimit::By::size, command.quality == "draft" ? 100 : 0};
     if (command.cell.kinds.by != KindLimit::By::none && is_whole)
-      refuse("--kinds",
+      refuse(options.is_given("--accuracy") ? "--accuracy" : "--kinds",
              "needs yarn of standard or draft quality, without --texels, --bytes and --keep-samples");
     const bool many = !command.list_path.empty();
     if (many && options.is_given("input")) refuse("--list", "excludes a stitch");

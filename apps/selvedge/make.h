@@ -36,7 +36,7 @@ struct MakeCommand {
 /// Options that a recipe (spec/fabric.md) names, beside --set.
 inline constexpr std::array recipe_option_names{
     "quality", "texels", "views", "lights", "samples", "indirect", "bounces", "pairs", "truth-samples",
-    "sides",   "yarns",  "seed",  "grid",   "lobes",   "no-table", "bytes",   "kinds"};
+    "sides",   "yarns",  "seed",  "grid",   "lobes",   "no-table", "bytes",   "kinds", "accuracy"};
 /// For pages: the built-in `stitches` and their parameters, as `stitch --list NAME --json` prints them, the
 /// `kinds` of yarn, and recipe_option_names.
 Json stitches_for_pages();

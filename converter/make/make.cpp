@@ -367,9 +367,13 @@ Result<nlohmann::ordered_json> sheet_of(const FoundStitch& stitch, const YarnDat
   }
   if (const auto& arranged = stitch.arranged) {
     const V2i& made = arranged->map.kinds;
-    sheet["kinds"] = {{"stitches", {made.x, made.y}},       {"count", arranged->kind_count},
-                      {"missing", arranged->missing_kinds}, {"shownBy8", arranged->stitches[0]},
-                      {"shownBy4", arranged->stitches[1]},  {"shownByRow", arranged->stitches[2]}};
+    sheet["kinds"] = {{"stitches", {made.x, made.y}},
+                      {"count", arranged->kind_count},
+                      {"missing", arranged->missing_kinds},
+                      {"shownBy8", arranged->stitches[0]},
+                      {"shownBy4", arranged->stitches[1]},
+                      {"shownByRow", arranged->stitches[2]},
+                      {"decibels", short_number(arranged->decibels)}};
   }
   return sheet;
 }

@@ -281,6 +281,29 @@ class Search {
   double heat_ = 1;
 };
 
+/// The colour that a stitch of a cloth or its sampler shows.
+const V3f& colour_at(const StitchGrid& cloth, const StitchGrid& grid, int x, int y) {
+  const std::uint8_t cell = grid.cells[index_at(grid, x, y)];
+  if (!grid.is_woven) return cloth.colours[0][cell];
+  return cell != 0 ? cloth.colours[1][grid.columns[wrapped(x, grid.size.x)]]
+                   : cloth.colours[0][grid.rows[wrapped(y, grid.size.y)]];
+}
+
+/// Square of the difference that neighbours of other colours make to a stitch's mean colour, mean of the
+/// channels. The fractions of it that are their yarn are fitted to pairs of maps of charts and of drafts.
+double square_error(const StitchGrid& cloth, const V2i& at, const StitchGrid& sampler, const V2i& own) {
+  double sum = 0;
+  for (int dy = -1; dy <= 1; ++dy)
+    for (int dx = -1; dx <= 1; ++dx) {
+      const float nearest = cloth.is_woven ? (dy == 0 ? 0.06F : 0) : (dy > 0 ? 0.2F : 0);
+      const float fraction = dx * dy != 0 ? 0.035F : nearest;
+      const V3f& wanted = colour_at(cloth, cloth, at.x + dx, at.y + dy);
+      const V3f& shown = colour_at(cloth, sampler, own.x + dx, own.y + dy);
+      sum += static_cast<double>(((shown - wanted) * fraction).length2()) / 3;
+    }
+  return sum;
+}
+
 /// Sets the map: of the stitches that match best, one whose farther neighbours do, too, and beside which the
 /// cloth goes on as the sampler does.
 void show_kinds(const StitchGrid& cloth, Arrangement& arranged) {
@@ -332,6 +355,13 @@ void show_kinds(const StitchGrid& cloth, Arrangement& arranged) {
     const std::size_t step = std::max<std::size_t>(1, some.size() / max_tried);
     for (std::size_t k = hash64(at) % step; k < some.size() && is_first; k += step) try_one(some[k]);
   }
+  double error = 0;
+  for (std::size_t at = 0; at < shown.size(); ++at)
+    error +=
+        square_error(cloth, V2i(static_cast<int>(at % cloth.size.x), static_cast<int>(at / cloth.size.x)),
+                     sampler, {shown[at] % n.x, shown[at] / n.x});
+  error /= static_cast<double>(cloth.count());
+  arranged.decibels = std::min(max_decibels, -10 * std::log10(std::max(error, 1e-12)));
   arranged.map.kinds = n;
   arranged.map.size = cloth.size;
   // The map's first row is the topmost.
@@ -345,8 +375,12 @@ void show_kinds(const StitchGrid& cloth, Arrangement& arranged) {
 }  // namespace
 
 std::optional<StitchGrid> grid_of(const KnitChart& chart) {
-  StitchGrid grid{
-      {static_cast<int>(chart.rows.front().size()), static_cast<int>(chart.rows.size())}, {}, {}, {}};
+  StitchGrid grid{{static_cast<int>(chart.rows.front().size()), static_cast<int>(chart.rows.size())},
+                  {},
+                  {},
+                  {},
+                  false,
+                  {}};
   ChartStitch plain;
   plain.purl = chart.rows.front().front().purl;
   for (const auto& row : chart.rows)
@@ -355,6 +389,7 @@ std::optional<StitchGrid> grid_of(const KnitChart& chart) {
       if (stitch != plain) return std::nullopt;
       grid.cells.push_back(static_cast<std::uint8_t>(stitch.yarn));
     }
+  for (const Yarn& yarn : chart.yarns) grid.colours[0].push_back(yarn.albedo);
   grid.rows.resize(grid.size.y);
   grid.columns.resize(grid.size.x);
   for (int y = 0; y < grid.size.y; ++y) set_row_yarns(grid, y);
@@ -363,7 +398,7 @@ std::optional<StitchGrid> grid_of(const KnitChart& chart) {
 
 std::optional<StitchGrid> grid_of(const Weave& weave) {
   StitchGrid grid{
-      {static_cast<int>(weave.warp.size()), static_cast<int>(weave.weft.size())}, {}, {}, {}, true};
+      {static_cast<int>(weave.warp.size()), static_cast<int>(weave.weft.size())}, {}, {}, {}, true, {}};
   grid.cells.assign(weave.warp_is_over.begin(), weave.warp_is_over.end());
   for (const auto& [yarns, widths, kinds] : {std::tuple(&weave.warp, &weave.warp_spacing_mm, &grid.columns),
                                              std::tuple(&weave.weft, &weave.weft_spacing_mm, &grid.rows)}) {
@@ -375,6 +410,7 @@ std::optional<StitchGrid> grid_of(const Weave& weave) {
       kinds->push_back(static_cast<std::uint8_t>(same - known.begin()));
       if (same == known.end()) known.push_back(&yarn);
     }
+    for (const Yarn* yarn : known) grid.colours[yarns == &weave.warp ? 1 : 0].push_back(yarn->albedo);
     if (known.size() > 255 || std::ranges::count(*widths, widths->front()) != std::ssize(*widths))
       return std::nullopt;
   }
@@ -403,19 +439,25 @@ std::optional<Arrangement> arrange(const StitchGrid& cloth, const KindLimit& lim
                            : is_usual               ? std::min(count / 2, usual)
                                                     : std::min(count - 1, max_stitch_kinds);
   std::optional<Arrangement> best;
-  for (double area = limit.by == By::exact ? std::max<double>(few, 1.5 * kind_count) : max_stitches;;
-       area *= 1.3) {
+  for (double area = limit.by == By::accuracy ? few
+                     : limit.by == By::exact  ? std::max<double>(few, 1.5 * kind_count)
+                                              : max_stitches;
+       ; area *= 1.3) {
     area = std::min<double>(area, max_stitches);
     V2i size(std::clamp(static_cast<int>(std::sqrt(area)), 3, cloth.size.x), 3);
     size.y = std::clamp(static_cast<int>(area / size.x), 3, cloth.size.y);
     if (size.x * size.y > max_stitches || size.x * size.y >= count) break;
     Search search(cloth, kinds, size, limit.by == By::exact ? worth_if_few : worth_of_more);
     search.run(rounds);
+    const int missing = search.missing(KindMatch::eight);
     if (search.missing(KindMatch::row) == 0)
-      best.emplace(Arrangement{search.grid(), {}, kind_count, search.missing(KindMatch::eight), {}});
-    if (area >= max_stitches || search.missing(KindMatch::eight) == 0) break;
+      best.emplace(Arrangement{search.grid(), {}, kind_count, missing, {}});
+    if (best && best->map.empty() && limit.by == By::accuracy) show_kinds(cloth, *best);
+    if (area >= max_stitches || missing == 0 ||
+        (best && limit.by == By::accuracy && best->decibels >= limit.decibels))
+      break;
   }
-  if (best) show_kinds(cloth, *best);
+  if (best && best->map.empty()) show_kinds(cloth, *best);
   return best;
 }
 

@@ -24,6 +24,8 @@ struct StitchGrid {
   std::vector<std::uint8_t> rows;  ///< a bit for each yarn of the row; of a weave, the kind of the weft
   std::vector<std::uint8_t> columns;  ///< of a weave, the kind of the warp
   bool is_woven = false;
+  /// Albedos of the yarns of a knit; of the kinds of weft, and of warp.
+  std::array<std::vector<V3f>, 2> colours;
   std::size_t count() const { return cells.size(); }
 };
 
@@ -38,14 +40,19 @@ struct Arrangement {
   int kind_count = 0;                            ///< of the cloth
   int missing_kinds = 0;                         ///< of these, in the sampler
   std::array<int, kind_match_count> stitches{};  ///< of the cloth, by KindMatch
+  /// PSNR of a picture of one pixel a stitch beside a cloth of all kinds, of white 1; max_decibels if no
+  /// colour differs. Estimated (spec/chart.md, "Large charts").
+  double decibels = 0;
 };
 
 /// How many stitches are made: by the size of the cloth (all of up to 800; of more half, at most 784, or
-/// 1,600 crossings), a number at most, as few as all kinds need, or all.
+/// 1,600 crossings), a number at most, as few as all kinds need or as an accuracy does, or all.
 struct KindLimit {
-  enum class By { size, stitches, exact, none } by = By::none;
-  int stitches = 0;  ///< by size: in place of 800 and 784, and half of the crossings; 0: these
+  enum class By { size, stitches, exact, accuracy, none } by = By::none;
+  int stitches = 0;     ///< by size: in place of 800 and 784, and half of the crossings; 0: these
+  double decibels = 0;  ///< by accuracy: Arrangement::decibels, at least
 };
+inline constexpr double max_decibels = 99;
 
 /// Empty where stitches are not plain: all knit, or all purl, and knitted.
 std::optional<StitchGrid> grid_of(const KnitChart& chart);

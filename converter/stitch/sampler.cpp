@@ -32,10 +32,11 @@ std::vector<std::vector<double>> part_begins_of(const StitchPattern& pattern,
 std::optional<Arrangement> arranged(const std::optional<StitchGrid>& grid, std::size_t stitches,
                                     const KindLimit& kinds, const StitchSettings& settings,
                                     const std::string& path) {
-  const bool is_asked = kinds.by == KindLimit::By::stitches || kinds.by == KindLimit::By::exact;
+  const bool is_asked = kinds.by != KindLimit::By::size && kinds.by != KindLimit::By::none;
   const bool repeats = settings.contains("repeats");
   const auto refuse = [&](std::string why) {
-    throw Failure{{Code::option_out_of_range, path, "--kinds", std::move(why)}};
+    const char* const option = kinds.by == KindLimit::By::accuracy ? "--accuracy" : "--kinds";
+    throw Failure{{Code::option_out_of_range, path, option, std::move(why)}};
   };
   if (is_asked && !grid) refuse("is for plain stitches, all knit or all purl, and for evenly spaced yarns");
   if (is_asked && repeats) refuse("excludes repeats");
@@ -61,9 +62,10 @@ std::string remark_on(const Arrangement& arranged) {
   const auto& [eight, four, row] = arranged.stitches;
   return fmt::format(
       "{} x {} stitches are made, of {} x {} of {} kinds: {} are shown by 8 neighbours, {} by 4, {} by their "
-      "row{}",
+      "row, {:.0f} dB beside all kinds{}",
       arranged.map.kinds.x, arranged.map.kinds.y, arranged.map.size.x, arranged.map.size.y,
-      arranged.kind_count, eight, four, row, arranged.sampler.is_woven ? "" : "; floats are not caught");
+      arranged.kind_count, eight, four, row, arranged.decibels,
+      arranged.sampler.is_woven ? "" : "; floats are not caught");
 }
 
 void turn_by_stitch(const StitchGrid& sampler, StitchPattern& pattern) {

@@ -22,6 +22,7 @@ namespace {
 constexpr KindLimit by_size{KindLimit::By::size};
 constexpr KindLimit exact{KindLimit::By::exact};
 constexpr KindLimit none{KindLimit::By::none};
+constexpr KindLimit by_accuracy(double decibels) { return {KindLimit::By::accuracy, 0, decibels}; }
 constexpr KindLimit at_most(int stitches) { return {KindLimit::By::stitches, stitches}; }
 
 struct CopiedCase {
@@ -30,6 +31,7 @@ struct CopiedCase {
   int kinds = 0;         ///< 0: it is made whole
   int max_stitches = 0;  ///< of the sampler
   int others = 0;        ///< stitches that are not shown by 8 neighbours, at most
+  double decibels = 0;   ///< at least
 };
 
 StitchGrid grid_in(const std::string& path) {
@@ -65,8 +67,11 @@ YarnData& lit_at_random(YarnData& yarns) {
 }  // namespace
 
 TEST_CASE("Samplers have the stitches of large charts and drafts, and yarns run on wherever they are shown") {
-  for (const auto& [chart, limit, kinds, max_stitches, others] :
-       {CopiedCase{"blobs-24x24.txt", exact, 73, 144, 0},
+  for (const auto& [chart, limit, kinds, max_stitches, others, decibels] :
+       {CopiedCase{"blobs-24x24.txt", exact, 73, 144, 0, max_decibels},
+        {"blobs-24x24.txt", by_accuracy(36), 73, 64, 120, 36},
+        {"blobs-24x24.txt", by_accuracy(50), 73, 144, 60, 50},
+        {"draft-100-8-shafts.wif", by_accuracy(45), 450, 900, 1400, 45},
         {"blobs-24x24.txt", by_size},
         {"blobs-24x24.txt", at_most(100), 73, 100, 40},
         {"blobs-24x24.txt", none},
@@ -107,6 +112,7 @@ TEST_CASE("Samplers have the stitches of large charts and drafts, and yarns run 
     CHECK(found->stitches[0] + found->stitches[1] + found->stitches[2] == static_cast<int>(cloth.count()));
     CHECK(static_cast<int>(cloth.count()) - alike <= others);
     CHECK(n.x * n.y <= max_stitches);
+    CHECK(found->decibels >= decibels);
     CHECK(static_cast<int>(all.size()) == kinds);
     CHECK(found->kind_count == kinds);
     int missing = 0;
