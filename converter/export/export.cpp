@@ -37,13 +37,6 @@ struct WornCloth {
   std::vector<int> detail;  ///< of each cell: 1 in the region, else 0
 
   const Yarns& yarns() const { return *fabric.levels.front().yarns(); }
-  /// Makes texture coordinates count stitches.
-  void count_stitches(const YarnMap& map) {
-    cell_counts = V2d(map.size);
-    for (Cloth::Triangle& t : cloth.triangles)
-      for (Cloth::Corner& corner : t.corners) corner.uv *= cell_counts;
-    cloth.uv_area *= cell_counts.x * cell_counts.y;
-  }
 };
 
 constexpr double pixels_of_yarn = 1 << 14, pixels_in_region = 1 << 16;  ///< of a repeat's picture
@@ -121,8 +114,8 @@ class Exporter {
       worn.name = material.name.empty() ? fmt::format("material {}", m) : material.name;
       worn.tint = material.garment_textures.tint;
       worn.fabric = std::move(fabric);
-      worn.cloth = cloth_of(scene, m);
-      if (const YarnMap* const map = worn.fabric.find_map()) worn.count_stitches(*map);
+      if (const YarnMap* const map = worn.fabric.find_map()) worn.cell_counts = V2d(map->size);
+      worn.cloth = cloth_of(scene, m, worn.cell_counts);
       worn.origin = move_to_origin(worn.cloth);
       if (worn.cloth.triangles.empty())
         refuse(Code::garment_no_uvs, place, "its texture coordinates cover no area in the scene");

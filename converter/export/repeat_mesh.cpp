@@ -1,10 +1,12 @@
 #include "converter/export/repeat_mesh.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <set>
 #include <tuple>
+#include <utility>
 
 #include "converter/export/yarn_lighting.h"
 #include "format/base/parallel.h"
@@ -24,8 +26,10 @@ struct Chain {
   std::vector<double> bend;  ///< up to each node: the integral of the root of the curvature
   double length = 0;         ///< mm
 
-  Chain(std::span<const Yarns::Segment> chain, const Yarns::Segment& after)
-      : segments(chain.begin(), chain.end()), next(after), bend{0} {
+  /// The last one follows the chain.
+  explicit Chain(std::vector<Yarns::Segment> chain)
+      : segments(std::move(chain)), next(segments.back()), bend{0} {
+    segments.pop_back();
     std::vector<double> lengths{0};
     for (const Yarns::Segment& s : segments) {
       const auto own = static_cast<double>(s.along.length());
@@ -193,35 +197,25 @@ class PliedCurve {
 /// The segments of a curve from the node `begin` on that lie in a stitch, in its frame.
 PliedCurve part_of(const Yarns& yarns, const YarnMap& map, int curve, std::span<const Yarns::Segment> all,
                    int along, int begin, int count, int first_segment) {
-  const int nodes = static_cast<int>(all.size()), line = map.empty() ? 0 : map.lines[curve];
   const V2i& turns = yarns.data().curves[curve].repeat_offset;
-  const auto at = [&](int i) {
-    Yarns::Segment s = all[i % nodes];
-    const V2f shift = V2f(turns * (i / nodes)) * yarns.period();
-    s.start += V3f(shift.x, shift.y, 0);
-    return s;
-  };
-  const bool is_upright = turns.x == 0;
-  const V2i place = is_upright ? V2i(line, along) : V2i(along, map.kinds.y - 1 - line);
-  const V3f middle = (at(begin).start + at(begin + count).start) / 2;
-  V3f origin(0, 0, 0);
-  for (int axis = 0; axis < 2 && !map.empty(); ++axis) {
-    const float cell = yarns.period()[axis] / static_cast<float>(map.kinds[axis]);
-    const float repeats = std::round((middle[axis] / cell - static_cast<float>(place[axis]) - 0.5F) /
-                                     static_cast<float>(map.kinds[axis]));
-    origin[axis] = static_cast<float>(place[axis] + axis) * cell + repeats * yarns.period()[axis];
-  }
   std::vector<Yarns::Segment> segments;
   for (int i = begin; i <= begin + count; ++i) {
-    segments.push_back(at(i));
-    segments.back().start -= origin;
+    const V2f shift = V2f(turns * (i / static_cast<int>(all.size()))) * yarns.period();
+    segments.push_back(all[i % all.size()]);
+    segments.back().start += V3f(shift.x, shift.y, 0);
   }
-  return {yarns,
-          curve,
-          (map.kinds.y - 1 - place.y) * map.kinds.x + place.x,
-          Chain(std::span(segments).first(count), segments.back()),
-          first_segment,
-          begin};
+  const V3f middle = (segments.front().start + segments.back().start) / 2;
+  const int line = map.empty() ? 0 : map.kinds.y - 1 - map.lines[curve];
+  const V2i place = turns.x == 0 ? V2i(map.kinds.y - 1 - line, along) : V2i(along, line);
+  for (int axis = 0; axis < 2 && !map.empty(); ++axis) {
+    const auto kinds = static_cast<float>(map.kinds[axis]);
+    const float cell = yarns.period()[axis] / kinds, at = static_cast<float>(place[axis]);
+    const float repeats = std::round((middle[axis] / cell - at - 0.5F) / kinds);
+    const float origin = (at + static_cast<float>(axis) + repeats * kinds) * cell;
+    for (Yarns::Segment& s : segments) s.start[axis] -= origin;
+  }
+  return {yarns,           curve,         (map.kinds.y - 1 - place.y) * map.kinds.x + place.x,
+          Chain(segments), first_segment, begin};
 }
 
 /// The curves, or their parts in the stitches that a map shows. Precondition: bare_yarns().
@@ -364,16 +358,17 @@ class TubeBuilder {
     picture.channels = 3;
     const int around = std::max(min_sides, static_cast<int>(widest / std::sqrt(area / pixels)));
     const double row = length * around / pixels;  // mm
-    int column = side_margin_, bottom = 0;
+    int bottom = 0;
+    picture.width = around;
     for (Tube& tube : tubes) {
       tube.rows = std::max(min_rings, static_cast<int>(tube.curve->axis.length / row));
-      if (!map_.empty() && bottom + tube.rows > max_rows) column += around + 2 * side_margin_, bottom = 0;
-      tube.first_column = column;
+      if (bottom > 0 && bottom + tube.rows > max_rows) picture.width += around, bottom = 0;
+      tube.first_column = picture.width - around;
       tube.first_row = bottom + margin;
       bottom = tube.first_row + tube.rows + margin;
       picture.height = std::max(picture.height, bottom);
     }
-    picture.width = column + around + side_margin_;
+
     picture.pixels.resize(std::size_t{3} * picture.width * picture.height);
     for (const Tube& tube : tubes) {
       TubeMesh& group = mesh.tubes[tube.curve->stitch * groups.size() + tube.group].mesh;
@@ -385,14 +380,8 @@ class TubeBuilder {
   }
 
  private:
-  static constexpr int margin = 2;  ///< rows of a tube's picture beyond either end
-  /// Pictures of a map's stitches are in columns of about so many rows, with one pixel more on either side.
-  static constexpr int max_rows = 4096;
-
-  /// The angle where a tube's picture begins: at its first ply, where it may wind across.
-  double picture_angle(const Tube& tube, double turn, double fraction) const {
-    return map_.empty() ? turn : tube.first_angle(turn, fraction);
-  }
+  static constexpr int margin = 2;       ///< rows of a tube's picture beyond either end
+  static constexpr int max_rows = 4096;  ///< side by side, of short tubes
 
   void add_tube(const Tube& tube, const Image& picture, int around, TubeMesh& mesh) const {
     const int sides = tube.sides(), rings = tube.rings;
@@ -407,12 +396,12 @@ class TubeBuilder {
       const std::size_t vertex = first + static_cast<std::size_t>(i);
       const double fraction = double{1} * ring / rings;
       const ChainPlace place = place_at(curve.axis, fraction);
-      const double turn = curve.turn_at(place), from = tube.first_angle(turn, fraction);
+      const double from = tube.first_angle(curve.turn_at(place), fraction);
       const auto& [angle, reach] = tube.section[side];
       mesh.positions[vertex] =
           place.frame.surface_position(place.round_at(from + tube.section[side % sides].angle) * reach);
-      const double turns = (from + angle - picture_angle(tube, turn, fraction)) / (2 * pi);
-      mesh.tex_coords[vertex] = V2f(V2d((tube.first_column + turns * around) / picture.width,
+      const double column = (angle - tube.section[0].angle) / (2 * pi) * (around - 1) + 0.5;
+      mesh.tex_coords[vertex] = V2f(V2d((tube.first_column + column) / picture.width,
                                         (tube.first_row + fraction * tube.rows) / picture.height));
       std::vector<YarnHit> hits;
       for (const double along : {-0.25, 0.25}) {
@@ -433,19 +422,19 @@ class TubeBuilder {
     }
   }
 
-  /// The tube's part of the picture, from picture_angle() around. Places that are hidden have the color that
-  /// gives smaller pictures the mean of what is seen.
+  /// The tube's part of the picture, around the section: its last column is its first. Places that are hidden
+  /// have the color that gives smaller pictures the mean of what is seen.
   void paint(const Tube& tube, int around, std::span<const V3f> normals, Image& picture) const {
     const PliedCurve& curve = *tube.curve;
     std::vector<Lighting::Shown> shown(std::size_t{1} * tube.rows * around);
     parallel_for(0, tube.rows, [&](int row) {
       const double fraction = (row + 0.5) / tube.rows, along = fraction * tube.rings;
       const ChainPlace place = place_at(curve.axis, fraction);
-      const double turn = curve.turn_at(place);
+      const double from = tube.first_angle(curve.turn_at(place), fraction);
       const int ring = static_cast<int>(along);
       for (int x = 0; x < around; ++x) {
-        const double angle = picture_angle(tube, turn, fraction) + 2 * pi * (x + 0.5) / around;
-        const double at = tube.side_at(angle - tube.first_angle(turn, fraction));
+        const double angle = from + tube.section[0].angle + 2 * pi * x / (around - 1);
+        const double at = tube.side_at(angle - from);
         const int side = std::min(static_cast<int>(at), tube.sides() - 1);
         const auto normal_on = [&](int r) {
           return mix(normals[tube.vertex(r, side)], normals[tube.vertex(r, side + 1)],
@@ -473,9 +462,8 @@ class TubeBuilder {
     if (hidden > 0 && weight > 0)
       rest = V3f((seen / weight * static_cast<double>(shown.size()) - kept) / hidden);
     for (int row = -margin; row < tube.rows + margin; ++row) {
-      for (int x = -side_margin_; x < around + side_margin_; ++x) {
-        const Lighting::Shown& one =
-            shown[std::size_t{1} * std::clamp(row, 0, tube.rows - 1) * around + (x + around) % around];
+      for (int x = 0; x < around; ++x) {
+        const Lighting::Shown& one = shown[std::size_t{1} * std::clamp(row, 0, tube.rows - 1) * around + x];
         const V3f color = mix(rest, one.color, one.fraction);
         for (int k = 0; k < 3; ++k)
           picture.pixels[3 * ((tube.first_row + row) * picture.width + tube.first_column + x) + k] =
@@ -486,7 +474,7 @@ class TubeBuilder {
 
   Yarns yarns_;
   YarnMap map_;
-  int side_margin_ = map_.empty() ? 0 : 1;  ///< pixels
+
   Lighting lighting_;
   std::vector<PliedCurve> curves_;
   double length_of_cell_;  ///< mm, of all yarn, in the mean
@@ -576,21 +564,15 @@ std::vector<YarnJoint> joints_of(const Yarns& yarns) {
 Imath::Box2d yarn_uv_bounds(const Yarns& yarns) {
   Imath::Box2d reach;
   const V2f cell = cell_size(yarns);
-  const auto extend = [&](const Yarns::Segment& s) {
-    if (s.hair_threshold > 0) return;
-    const V3f wide(section_extent(s.bounding_radius, s.squeeze, V3f(1, 0, 0)),
-                   section_extent(s.bounding_radius, s.squeeze, V3f(0, 1, 0)), 0);
-    for (const V3f& p : {s.start - wide, s.start + wide, s.start + s.along - wide, s.start + s.along + wide})
-      reach.extendBy(V2d(p.x / cell.x, -p.y / cell.y));
-  };
-  const YarnMap& map = yarns.data().map;
-  if (map.empty()) {
-    for (const Yarns::Segment& s : yarns.geometry().segments) extend(s);
-    return reach;
-  }
   const Yarns bare = bare_yarns(yarns);
-  for (const PliedCurve& curve : curves_of(bare, map))
-    for (const Yarns::Segment& s : curve.axis.segments) extend(s);
+  for (const PliedCurve& curve : curves_of(bare, yarns.data().map))
+    for (const Yarns::Segment& s : curve.axis.segments) {
+      const V3f wide(section_extent(s.bounding_radius, s.squeeze, V3f(1, 0, 0)),
+                     section_extent(s.bounding_radius, s.squeeze, V3f(0, 1, 0)), 0);
+      for (const V3f& p :
+           {s.start - wide, s.start + wide, s.start + s.along - wide, s.start + s.along + wide})
+        reach.extendBy(V2d(p.x / cell.x, -p.y / cell.y));
+    }
   return reach;
 }
 

@@ -19,7 +19,7 @@ namespace selvedge {
 struct TubeMesh {
   std::vector<V3f> positions;
   std::vector<V3f> normals;            ///< unit
-  std::vector<V2f> tex_coords;         ///< of the picture, which repeats across
+  std::vector<V2f> tex_coords;         ///< of the picture
   std::vector<float> shades;           ///< factors of the picture; empty: 1
   std::vector<std::uint32_t> indices;  ///< three per triangle, counter-clockwise seen from outside
 };

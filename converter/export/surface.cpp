@@ -62,7 +62,7 @@ void Cloth::assign_patches() {
   for (Triangle& t : triangles) t.patch_index = patches.root(t.patch_index);
 }
 
-Cloth cloth_of(const Scene& scene, int material) {
+Cloth cloth_of(const Scene& scene, int material, const V2d& cells) {
   const FabricReference& fabric = *scene.materials[material].fabric;
   Cloth cloth;
   for (const SceneInstance& instance : scene.instances) {
@@ -77,7 +77,8 @@ Cloth cloth_of(const Scene& scene, int material) {
       std::array<Cloth::Corner, 3> corners;
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t vertex = primitive.indices[i + (turned ? 2 - k : k)];
-        corners[k] = {fabric.transform.apply(uvs[vertex]), V3d(primitive.positions[vertex]) * instance.world,
+        corners[k] = {fabric.transform.apply(uvs[vertex]) * cells,
+                      V3d(primitive.positions[vertex]) * instance.world,
                       V3d(primitive.normals[vertex]) * normals};
       }
       cloth.add_triangle(corners);

@@ -34,7 +34,8 @@ struct Cloth {
 };
 
 /// Precondition: the scene has the material, with a fabric of a set that is read.
-Cloth cloth_of(const Scene& scene, int material);
+/// Texture coordinates count `cells` of a repeat.
+Cloth cloth_of(const Scene& scene, int material, const V2d& cells = {1, 1});
 
 /// The fabric's texture coordinates from (u, v) to (u + 1, v + 1) on a patch, and the triangles of it that
 /// yarn of the repeat may lie on.
