@@ -1,15 +1,16 @@
 // Renders a scene and its fabrics to frames: all of the paper's section 6. Needs no display and no GPU.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "format/picture/frame.h"
 #include "format/scene/scene.h"
 #include "viewer/frame/frame_path.h"
 #include "viewer/gl/context.h"
-#include "viewer/hybrid/probe.h"
 
 namespace selvedge {
 
@@ -18,6 +19,30 @@ struct RenderOptions : FrameSize, DrawOptions {
   RenderPath path = RenderPath::hybrid;
   /// The OpenGL implementation. Automatic: Mesa's software rasteriser: pixels return to the CPU anyway.
   ContextKind context = ContextKind::automatic;
+};
+
+/// The texel of a level at the middle of a pixel.
+struct ProbedTexel {
+  int level = 0;    ///< -1: the yarn itself
+  V2i texel{0, 0};  ///< row 0 at the top
+  float weight = 0;
+};
+
+/// The nearest surface at a pixel. Directions are in the fabric's frame.
+struct PixelProbe {
+  V2i pixel{0, 0};  ///< from the frame's top left
+  std::uint32_t surface = 0;
+  std::uint32_t triangle = 0;  ///< index into MergedSurfaces::triangles
+  bool is_back = false;        ///< the back of the cloth is visible
+  V3d position{0, 0, 0};       ///< m, world
+  int fabric = -1;             ///< -1: the surface has neither fabric nor texels
+  V2d uv{0, 0};                ///< in [0, 1], without whole repeats
+  V2d texels_per_pixel{0, 0};  ///< of the whole fabric's level 0, along u and v
+  std::vector<ProbedTexel> texels;
+  V3f to_viewer{0, 0, 1};      ///< unit, towards the viewer
+  std::vector<V3f> to_lights;  ///< unit, towards each light
+  V3f radiance{0, 0, 0};       ///< not multiplied by alpha
+  float alpha = 0;
 };
 
 /// Prepares once everything that the frames of a scene share.

@@ -1,4 +1,4 @@
-// The panel of `show`, the picture behind it, and mouse input (Dear ImGui, in panel.cpp and panel_widgets.h).
+// The panel of `show`, the picture behind it, and mouse input (Dear ImGui, in panel.cpp).
 #pragma once
 
 #include <memory>

@@ -1,7 +1,7 @@
-#include "converter/dress/backing.h"
-
+// An inner surface for solid things, so that nobody looks through the holes of their cloth to the far side.
 #include <cmath>
 
+#include "converter/dress/dress.h"
 #include "converter/dress/fabric_source.h"
 #include "converter/dress/flatten.h"
 #include "format/gltf/access.h"

@@ -8,7 +8,6 @@
 #include <numbers>
 #include <set>
 
-#include "converter/dress/backing.h"
 #include "converter/dress/choose_materials.h"
 #include "converter/dress/fabric_source.h"
 #include "converter/dress/fallback.h"

@@ -17,6 +17,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -26,7 +27,9 @@
 #include "converter/dress/uv_scale.h"
 #include "format/base/vec.h"
 #include "format/fabric/fabric.h"
+#include "format/gltf/document.h"
 #include "format/gltf/limits.h"
+#include "format/gltf/materials.h"
 
 namespace selvedge {
 
@@ -43,7 +46,7 @@ struct DressOptions {
   std::vector<std::string> excluded_materials = {};
   ColorOptions color_options = {};
   std::vector<Colourway> colourways = {};
-  std::optional<V3f> backing = {};  ///< linear: a plain surface of this colour behind the cloth (backing.h)
+  std::optional<V3f> backing = {};  ///< linear: a plain surface of this colour behind the cloth
   /// Per unit of the raw UVs, instead of the physical size; below 0 the cloth is mirrored.
   std::optional<V2d> repeats = {};
   Unwrapping unwrap = Unwrapping::where_needed;
@@ -102,5 +105,18 @@ struct DressReport {
 /// or not at all. The fabric is embedded or referred to.
 Result<DressReport> dress(const std::string& garment_path, const std::string& fabric_path,
                           const std::string& output_path, const DressOptions& options);
+
+struct Backing {
+  V3f color{0, 0, 0};   ///< linear
+  double distance = 0;  ///< metres behind the cloth
+};
+
+/// Adds to the meshes of the places copies of their primitives in a plain matt material, moved against the
+/// triangles' normals, which are means where vertices lie in one point, so that nothing gapes at a seam. They
+/// share all vertex data but the positions with the cloth, move with its skins and morph targets, are drawn
+/// from outside alone, and have no variants. A metre is found by the area that `in_scene`, of the same
+/// document, has for the places. Returns their number; throws Failure.
+int add_backing(GltfDocument& document, int material, const std::set<PrimitiveIndex>& places,
+                const PrimitivesInScene& in_scene, const Backing& backing);
 
 }  // namespace selvedge

@@ -10,7 +10,6 @@
 
 #include "converter/stitch/chart.h"
 #include "converter/stitch/chart_stitches.h"
-#include "converter/stitch/chart_words.h"
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
 

@@ -1,5 +1,4 @@
-#include "converter/stitch/chart_words.h"
-
+// Words of a row of a knitting chart or of written instructions.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +7,7 @@
 #include <utility>
 
 #include "converter/stitch/chart.h"
+#include "converter/stitch/chart_rows.h"
 #include "converter/stitch/chart_stitches.h"
 #include "format/base/option_text.h"
 

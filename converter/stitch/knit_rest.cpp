@@ -1,11 +1,15 @@
-#include "converter/stitch/knit_rest.h"
-
+// Brings a drawn knit to rest (knit_cloth.h): relax() of a knit.
+//
+// A loop keeps the length that the table gives it. Plain knit of the same yarn is laid at the gauge first:
+// the bends of its loops are in part set, as knitted yarn's are, and its free size says how cloth that is
+// left to itself lies beside cloth of the gauge.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
 
 #include "converter/stitch/knit_cloth.h"
+#include "converter/stitch/yarn_relax.h"
 
 namespace selvedge {
 namespace {

@@ -9,7 +9,6 @@
 #include "converter/mesh/surface_points.h"
 #include "converter/stitch/clearance.h"
 #include "converter/stitch/flat_yarn.h"
-#include "converter/stitch/knit_rest.h"
 #include "converter/stitch/relax_chain.h"
 
 namespace selvedge {

@@ -89,6 +89,9 @@ struct RestedKnit {
 /// Deterministic. Precondition: a valid pattern whose yarns, at `start_fraction` of their radius, are apart.
 RelaxResult relax(const StitchPattern& pattern, const RelaxOptions& options = {});
 
+/// relax() of a knit. Precondition: RelaxOptions::parts of draw_knit(), and its pattern.
+RelaxResult rest_knit(const StitchPattern& drawn, const RelaxOptions& options);
+
 using Relaxer = std::function<RelaxResult(const StitchPattern&, const RelaxOptions&)>;
 /// relax(), or what a host has in its place: its memory of it, or a rougher one.
 extern RelaxResult (*default_relaxer)(const StitchPattern& pattern, const RelaxOptions& options);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fitter/lobes/lobe_starts.h"
 #include "format/fabric/lafortune.h"
 
 namespace selvedge {

@@ -1,4 +1,4 @@
-#include "fitter/lobes/lobe_starts.h"
+#include "fitter/lobes/lobe_fit.h"
 
 #include <algorithm>
 #include <bit>

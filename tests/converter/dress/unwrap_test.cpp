@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <numbers>
 
-#include "converter/dress/charts.h"
 #include "converter/dress/flatten.h"
 #include "format/check/gltf.h"
 #include "format/gltf/edit.h"

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "fitter/lobes/lobe_starts.h"
 #include "format/base/random.h"
 #include "format/fabric/fabric.h"
 
