@@ -111,8 +111,10 @@ std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, Shadow
   const V2f slope = ray_slope(direction);
   const auto rounded = [&](float s) { return static_cast<std::int32_t>(std::lround(std::asinh(s) / step)); };
   const Key key{detail, rounded(slope.x), rounded(slope.y)};
-  const std::scoped_lock lock(mutex_);
-  if (auto found = find(key)) return found;
+  {
+    const std::scoped_lock lock(mutex_);
+    if (auto found = find(key)) return found;
+  }
   const V2f rounded_slope(std::sinh(static_cast<float>(key.x) * step),
                           std::sinh(static_cast<float>(key.y) * step));
   CellSize size;
@@ -121,6 +123,9 @@ std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, Shadow
         std::clamp(texels_of(yarn_.yarns().period()[axis], rounded_slope[axis], detail.texel_width) + 0.5F,
                    static_cast<float>(min_cell_texels), static_cast<float>(max_side)));
   auto shadow = made(rounded_slope, detail, size);
+  const std::scoped_lock lock(mutex_);
+  // Another thread may have been faster, with the same result.
+  if (auto found = find(key)) return found;
   keep(key, shadow);
   return shadow;
 }
