@@ -457,7 +457,8 @@ void declare_make(Options& options, MakeCommand& command) {
   options.text("--list", command.list_path, "FILE", "Many fabrics, a line each: twill -o t.fabric.exr")
       .reads();
   options.number("--line", command.list_line, "N", "Make this line alone: a job of a job array")
-      .in_range(1, 1e9);
+      .in_range(1, 1e9)
+      .advanced();
   command.key.declare(options);
   options.add_check([&options, &command] {
     // These need a fabric without a map, which has its yarn and one texel for each stitch.
