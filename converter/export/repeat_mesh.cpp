@@ -409,8 +409,8 @@ class TubeBuilder {
         const double at = curve.is_part() ? std::clamp(near, 0.0, 1.0) : near - std::floor(near);
         const ChainPlace beside = place_at(curve.axis, at);
         const double begin = tube.first_angle(curve.turn_at(beside), at);
-        for (const double around : {-0.25, 0.25})
-          hits.push_back(curve.hit_at(beside, begin + tube.angle_at(side % sides + around)));
+        for (const double nearby : {-0.25, 0.25})
+          hits.push_back(curve.hit_at(beside, begin + tube.angle_at(side % sides + nearby)));
       }
       mesh.normals[vertex] = lighting_.normal_at(hits);
     });

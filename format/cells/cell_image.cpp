@@ -136,12 +136,12 @@ class PointShader {
     const Yarns::Segment& s = job_.pieces.segments[piece];
     const float above = depth - job_.yarn.reference_height();
     const std::size_t i = batch_.count++;
-    const auto put = [&](int axis, auto& to, auto& shift) {
+    const auto put = [&](int axis, auto& beside, auto& shift) {
       const float at = (static_cast<float>(seen_.window_origin[axis]) + place[axis]) * period_[axis] /
                            static_cast<float>(seen_.period[axis]) +
                        slope_[axis] * above - s.start[axis];
       const float moved = std::floor((at - s.along[axis] / 2) / repeat_[axis] + 0.5F) * repeat_[axis];
-      to[i] = at - moved;
+      beside[i] = at - moved;
       shift[i] = seen_.size.shows_map ? moved : 0;
     };
     put(0, batch_.x, batch_.shift_x);

@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <numbers>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -123,11 +124,12 @@ std::shared_ptr<const DirectSky> known_sky(const Yarns& yarns) {
   };
   static std::deque<Known> known;
   const auto& inside = yarns.geometry().segments;
-  std::uint64_t segments = inside.size();
-  for (const Yarns::Segment& segment : inside) {
-    std::array<std::uint32_t, sizeof segment / sizeof(std::uint32_t)> words;
-    std::memcpy(words.data(), &segment, sizeof words);
-    for (const std::uint32_t word : words) segments = hash64(segments ^ word);
+  const std::string_view bytes(reinterpret_cast<const char*>(inside.data()), inside.size_bytes());
+  std::uint64_t segments = bytes.size();
+  for (std::size_t i = 0; i < bytes.size(); i += sizeof(std::uint32_t)) {
+    std::uint32_t word = 0;
+    std::memcpy(&word, &bytes[i], sizeof word);
+    segments = hash64(segments ^ word);
   }
   {
     const std::scoped_lock lock(mutex);
