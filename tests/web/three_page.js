@@ -69,6 +69,8 @@ async function picture(objects, camera = CAMERA, around = {}, renderer = main_re
     await new Promise((go_on) => setTimeout(go_on, 20));
     renderer.render(scene, camera);
   }
+  // Nodes draw shadow maps once an animation's frame, and the last picture's may be of this one.
+  for (let k = 0; k < 2; ++k) await new Promise(requestAnimationFrame);
   renderer.render(scene, camera);
   const pixels = await read(renderer, target);
   target.dispose();
