@@ -45,7 +45,7 @@ class CellShadows {
   /// Bound, in bytes, on grids that nobody holds, but for the last one; 64 MiB without a call.
   void set_memory(std::size_t max_bytes) { max_bytes_ = max_bytes; }
   /// The grid of a whole cell, of a unit direction with z > 0, rounded so that no point's shadow moves by
-  /// more than a quarter of a texel. It does not depend on earlier calls.
+  /// more than about a texel. It does not depend on earlier calls.
   std::shared_ptr<const CellShadow> cast(const V3f& direction, ShadowDetail detail);
   /// The grid of what an image shows: nobody shares it.
   std::shared_ptr<const CellShadow> cast(const V3f& direction, ShadowDetail detail,
