@@ -306,43 +306,6 @@ void fill_heights(const CellYarn& yarn, const YarnPieces& pieces, const DepthGri
   if (own == 0) std::copy_n(image.heights.data(), image.stride(), to);
 }
 
-/// Whether some of a hair may lie in an image's window.
-bool reaches(const YarnPieces& pieces, std::int32_t hair, const V2f& shift, const CellYarn& yarn,
-             const V2f& slope, const CellSize& size, float radius) {
-  if (size.is_whole()) return true;
-  const Yarns::Segment& s = pieces.segments[hair];
-  const V2f period = image_period(yarn, size);
-  for (int axis = 0; axis < 2; ++axis) {
-    const float samples = static_cast<float>(size.repeat_samples[axis]) / period[axis];
-    const float start = s.start[axis] + shift[axis] - slope[axis] * (s.start.z - yarn.reference_height());
-    const float along = s.along[axis] - slope[axis] * s.along.z;
-    const float wide = radius * (1 + std::abs(slope[axis])) * samples + 1;
-    const float low =
-        (start + std::min(along, 0.0F)) * samples - wide - static_cast<float>(size.window_origin[axis]);
-    const float length = std::abs(along) * samples + 2 * wide;
-    const auto repeat = static_cast<float>(size.repeat_samples[axis]);
-    const float at = low - std::floor(low / repeat) * repeat;
-    if (at > static_cast<float>(size.window_samples[axis]) && at + length < repeat) return false;
-  }
-  return true;
-}
-
-/// Lists the hairs of `ranges` that reach an image's window.
-void find_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const CellSize& size,
-                std::span<const ShownRange> ranges, std::vector<SeenHair>& hairs) {
-  hairs.clear();
-  std::uint32_t k = 0;
-  for (const ShownRange& range : ranges) {
-    for (std::int32_t piece = range.begin; piece < range.end; ++piece, ++k) {
-      const Yarns::Segment& s = pieces.segments[piece];
-      const float radius = std::min(std::max(view.ray_width / 2, s.radius), s.bounding_radius);
-      if (s.radius > radius * s.hair_threshold &&
-          reaches(pieces, piece, range.shift, yarn, view.slope, size, radius))
-        hairs.push_back({piece, k, radius, range.shift});
-    }
-  }
-}
-
 /// The lowest and the highest point that an image shows, mm.
 V2f seen_heights(const YarnPieces& pieces, const DepthGrid& seen, std::span<const SeenHair> hairs) {
   V2f heights(HUGE_VALF, -HUGE_VALF);
@@ -478,7 +441,7 @@ void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, 
   const bool lines = pieces.thickest_hair_radius < sample;
   if (!lines) splat(yarn, pieces, seen_from, shown.hairs, scratch.depths);
   scratch.seen_hairs.clear();
-  if (lines) find_hairs(yarn, pieces, seen_from, view.size, shown.hairs, scratch.seen_hairs);
+  if (lines) find_hairs(yarn, pieces, seen_from, scratch.depths, shown.hairs, scratch.seen_hairs);
   const std::vector<FrontLamp> lamps =
       make_front_lamps(yarn, view, pixel, seen_heights(pieces, scratch.depths, scratch.seen_hairs), shadows);
   const std::vector<LightSlot> slots = light_slots(yarn, view);

@@ -59,14 +59,6 @@ struct CellImage {
 /// CellImage::height_step of yarn, whose plane lies at `reference`, mm.
 float height_step(const Yarns& yarns, float reference);
 
-/// A hair that an image shows.
-struct SeenHair {
-  std::int32_t piece = 0;
-  std::uint32_t number = 0;  ///< in the ranges of those that it may show; of a shaded one, its shading
-  float radius = 0;          ///< as its rays see it, mm
-  V2f shift{0, 0};           ///< how far a map moves it, mm
-};
-
 /// Memory that calls reuse; one per thread.
 struct CellScratch {
   DepthGrid depths;

@@ -7,7 +7,8 @@
 namespace selvedge {
 namespace {
 
-constexpr int max_side = 512;  ///< of a grid
+constexpr int max_side = 512;       ///< of a grid
+constexpr int max_sky_side = 2048;  ///< of one that nobody keeps
 /// Largest shift of a shadow by the rounding of its direction, texels; and the largest step, also of large
 /// cells, whose grids are dear: it costs 0.1 dB.
 constexpr float max_moved = 1;
@@ -160,6 +161,32 @@ std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, Shadow
     size.window_samples[axis] = std::min(all, texels);
   }
   return made(slope, detail, size);
+}
+
+LightCaster CellShadows::sky_caster() const {
+  // Light from all around is smooth: pieces and hairs are coarse.
+  const ShadowDetail detail{radius_, 6, 1, true};
+  return [this, detail](const V3f& light) -> LightAtPoint {
+    const V2f slope = ray_slope(light);
+    const V2f period = yarn_.yarns().period();
+    CellSize size;
+    for (int axis = 0; axis < 2; ++axis)
+      size.repeat_samples[axis] =
+          std::clamp(static_cast<int>(texels_of(period[axis], slope[axis], detail.texel_width)),
+                     min_cell_texels, max_sky_side);
+    return [shadow = made(slope, detail, size), period,
+            plane = yarn_.reference_height()](const StationPoint& point) {
+      const V3f at = point.position + point.normal * shadow->bias_mm;
+      const DepthGrid& grid = shadow->grid;
+      V2i texel;
+      for (int axis = 0; axis < 2; ++axis) {
+        const float place = (at[axis] - shadow->slope[axis] * (at.z - plane)) / period[axis];
+        texel[axis] = static_cast<int>((place - std::floor(place)) * static_cast<float>(grid.period[axis])) %
+                      grid.period[axis];
+      }
+      return grid.z[static_cast<std::size_t>(texel.y) * grid.stride + texel.x] > at.z ? 0.0F : 1.0F;
+    };
+  };
 }
 
 }  // namespace selvedge

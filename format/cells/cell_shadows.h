@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "format/cells/splat.h"
+#include "format/fabric/yarn_sky.h"
 
 namespace selvedge {
 
@@ -50,6 +51,8 @@ class CellShadows {
   /// The grid of what an image shows: nobody shares it.
   std::shared_ptr<const CellShadow> cast(const V3f& direction, ShadowDetail detail,
                                          const ShadedWindow& window) const;
+  /// Casts light from all around upon a large cell, by grids that nobody keeps: sky_transfer().
+  LightCaster sky_caster() const;
   std::size_t bytes() const;
 
  private:

@@ -44,10 +44,6 @@ enum Linear {
   linear_count
 };
 
-/// Fraction of its radius by which a ply's piece is longer at either end: it takes the place of the joints'
-/// balls.
-constexpr float joint = 0.12F;
-
 /// Stores the box of N pieces' shadows on the plane along the rays, in texels, without the whole repeats (mm)
 /// that it returns.
 template <std::size_t N>
@@ -85,6 +81,21 @@ SELVEDGE_INLINE std::array<WideFloat<N>, 2> put_box(const YarnPieces& pieces, in
                    high_y)};
 }
 
+/// Radii of N pieces as rays see them; `shown`: whether they meet any, 1 or 0.
+template <std::size_t N>
+SELVEDGE_INLINE WideFloat<N> seen_radius(const YarnPieces& pieces, int base, const SplatView& view,
+                                         float* shown) {
+  using Wide = WideFloat<N>;
+  const Wide zero(0);
+  const Wide one(1);
+  const Wide rank = Wide::load(&pieces.numbers[YarnPieces::hair_threshold][base]);
+  const Wide radius = Wide::load(&pieces.numbers[YarnPieces::radius][base]);
+  const Wide bound = Wide::load(&pieces.numbers[YarnPieces::bounding_radius][base]);
+  const Wide wider = min(max(Wide(view.ray_width / 2), radius), bound);
+  if_greater(rank, zero, if_greater(radius, wider * rank, one, zero), one).store(shown);
+  return if_greater(rank, zero, wider, radius);
+}
+
 /// Sets up N pieces from `base` on; false if none of them shows.
 template <std::size_t N>
 SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& shift, const V2f& period,
@@ -95,14 +106,11 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& shift
   };
   const Wide zero(0);
   const Wide one(1);
-  const Wide rank = number(YarnPieces::hair_threshold);
   Wide radius = number(YarnPieces::radius);
-  Wide is_shown = one;
+  std::fill_n(to[shown], N, 1.0F);
   if (base + static_cast<int>(N) > pieces.ply_piece_count) {
-    const Wide wider = min(max(Wide(view.ray_width / 2), radius), number(YarnPieces::bounding_radius));
-    is_shown = if_greater(rank, zero, if_greater(radius, wider * rank, one, zero), one);
-    radius = if_greater(rank, zero, wider, radius);
-    if (!any_greater(is_shown, zero)) return false;
+    radius = seen_radius<N>(pieces, base, view, to[shown]);
+    if (!any_greater(Wide::load(to[shown]), zero)) return false;
   }
   const Wide kx(view.slope.x);
   const Wide ky(view.slope.y);
@@ -164,7 +172,7 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& shift
   const Wide per_texel = g[1] * Wide(texel.x);
   put(inverse_g_x, if_greater(abs(per_texel), Wide(1e-9F), one / per_texel, zero));
   put(w_depth, along_e);
-  const Wide over = if_greater(rank, zero, zero, radius * Wide(joint));
+  const Wide over = number(YarnPieces::joint);
   const Wide high = number(YarnPieces::length) + over;
   put(low_w, -over);
   put(high_w, high);
@@ -173,7 +181,6 @@ SELVEDGE_INLINE bool set_up(const YarnPieces& pieces, int base, const V2f& shift
   const Wide root = sqrt(radius2);
   put(min_axis, -over - max(along_e, zero) * root);
   put(max_axis, high + max(-along_e, zero) * root);
-  put(shown, is_shown);
   return true;
 }
 
@@ -407,6 +414,40 @@ SELVEDGE_THREE_BODIES(blend_pieces,
                        std::span<Group> raw),
                       (pieces, period, plane, view, seen, hairs, colours, raw))
 
+template <std::size_t N>
+SELVEDGE_INLINE void find_hairs(const YarnPieces& pieces, const V2f& period, float plane,
+                                const SplatView& view, const DepthGrid& window,
+                                std::span<const ShownRange> ranges, std::vector<SeenHair>& hairs) {
+  using Wide = WideFloat<N>;
+  const V2f texel = period / V2f(window.period);
+  alignas(64) float fields[linear_count][N];  // NOLINT(modernize-avoid-c-arrays): vectors of known alignment
+  const auto reaches = [&](Linear low, Linear high, int i, int begin, int count, int repeat) {
+    bool found = false;
+    each_copy(fields[low][i] - 0.5F, fields[high][i] + 0.5F, begin, count, repeat,
+              [&](int, int, int) { found = true; });
+    return found;
+  };
+  std::uint32_t number = 0;
+  for (const ShownRange& range : ranges) {
+    for (int base = range.begin; base < range.end; base += static_cast<int>(N)) {
+      const int lanes = std::min(static_cast<int>(N), range.end - base);
+      const Wide radius = seen_radius<N>(pieces, base, view, fields[shown]);
+      radius.store(fields[r]);
+      put_box<N>(pieces, base, range.shift, radius, period, plane, view, texel, fields);
+      for (int i = 0; i < lanes; ++i, ++number)
+        if (fields[shown][i] > 0 &&
+            reaches(low_x, high_x, i, window.window_origin.x, window.width, window.period.x) &&
+            reaches(low_y, high_y, i, window.window_origin.y, window.height, window.period.y))
+          hairs.push_back({base + i, number, fields[r][i], range.shift});
+    }
+  }
+}
+SELVEDGE_THREE_BODIES(find_hairs,
+                      (const YarnPieces& pieces, const V2f& period, float plane, const SplatView& view,
+                       const DepthGrid& window, std::span<const ShownRange> ranges,
+                       std::vector<SeenHair>& hairs),
+                      (pieces, period, plane, view, window, ranges, hairs))
+
 /// Windows of rays that stand for `width` mm, along one axis.
 class WindowAxis {
  public:
@@ -520,6 +561,12 @@ void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView
     add(stitch.plies, false, shown.plies);
     if (view.has_hairs) add(stitch.hairs, true, shown.hairs);
   }
+}
+
+void find_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view,
+                const DepthGrid& window, std::span<const ShownRange> ranges, std::vector<SeenHair>& hairs) {
+  static const auto find_all = find_hairs_for_this_processor();
+  find_all(pieces, image_period(yarn, window.size), yarn.reference_height(), view, window, ranges, hairs);
 }
 
 void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const DepthGrid& seen,

@@ -57,6 +57,17 @@ struct ShownPieces {
 void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view,
                  const DepthGrid& window, ShownPieces& shown);
 
+/// A hair that a window shows.
+struct SeenHair {
+  std::int32_t piece = 0;
+  std::uint32_t number = 0;  ///< in the ranges of those that it may show; of a shaded one, its shading
+  float radius = 0;          ///< as its rays see it, mm
+  V2f shift{0, 0};           ///< how far a map moves it, mm
+};
+/// Adds the hairs of ranges that the window shows, and half a texel around it.
+void find_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view,
+                const DepthGrid& window, std::span<const ShownRange> ranges, std::vector<SeenHair>& hairs);
+
 /// The repeat of an image, mm.
 V2f image_period(const CellYarn& yarn, const CellSize& size);
 

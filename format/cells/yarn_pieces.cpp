@@ -9,11 +9,12 @@
 namespace selvedge {
 namespace {
 
-/// Largest turn along a piece of a ply, 14 degrees: beyond that the splatter's joints leave gaps in bends.
+/// Least cosine between the ends of a piece of a ply: 14 degrees, and of large cells, of which a pixel shows
+/// many pieces, 30.
 constexpr float min_turn_cosine = 0.970F;
-/// Largest width of that gap in cloth with a map, pixels, and largest turn, radians.
-constexpr float max_gap_pixels = 0.1F;
-constexpr float max_turn = 1;
+constexpr float min_turn_cosine_of_large = 0.866F;
+/// Fraction of its radius by which a piece is longer at either end, at least.
+constexpr float min_joint = 0.12F;
 constexpr std::size_t padding = 16;
 constexpr std::size_t run_length = 16;  ///< of pieces, and of runs
 constexpr std::size_t segments_of_large_cell = 65536;
@@ -41,6 +42,13 @@ Yarns::Segment chord(std::span<const Yarns::Segment> chain) {
   s.squeeze = chain[chain.size() / 2].squeeze;
   s.inverse_length2 = 1 / squeezed(s.along, s.squeeze).length2();
   return s;
+}
+
+/// Lengthens a ply's piece to where the outer sides of two that meet at its turn do.
+float joint_of(const Yarns::Segment& s) {
+  if (s.hair_threshold > 0) return 0;
+  const float cosine = std::clamp(s.tangent[0].dot(s.tangent[1]), 0.0F, 1.0F);
+  return s.radius * std::max(min_joint, std::sqrt((1 - cosine) / (1 + cosine)));
 }
 
 std::array<Group, 2> strands_of(const YarnCurve& curve, const V2f& sense, const Yarns::Segment& s) {
@@ -74,9 +82,17 @@ void move_into_stitch(const Yarns& yarns, NumberedPiece& piece) {
   number = stitch.y * map.kinds.x + stitch.x;
 }
 
+/// A piece of a hair, in the order of pieces.
+struct HairPiece {
+  int place = 0;            ///< of large cells; of a map, its stitch
+  float wide = 0;           ///< min_empty_width(), below 0
+  std::size_t segment = 0;  ///< of Yarns::Geometry
+  auto operator<=>(const HairPiece&) const = default;
+};
+
 /// Hairs that vanish together are in one vector of the splatter; in large cells hairs of one place, and with
 /// a map of one stitch.
-void sort_hairs(const Yarns& yarns, bool is_small, std::vector<NumberedPiece>& hairs) {
+void sort_hairs(const Yarns& yarns, bool is_small, std::vector<HairPiece>& hairs) {
   const V2f& period = yarns.period();
   const YarnMap& map = yarns.data().map;
   V2i places = map.kinds;
@@ -85,18 +101,18 @@ void sort_hairs(const Yarns& yarns, bool is_small, std::vector<NumberedPiece>& h
     for (int axis = 0; axis < 2; ++axis)
       places[axis] = static_cast<int>(std::ceil(period[axis] * std::sqrt(per_area)));
   }
-  for (auto& [place, s] : hairs) {
+  const Yarns::Geometry inside = yarns.geometry();
+  for (HairPiece& hair : hairs) {
+    const Yarns::Segment& s = inside.segments[hair.segment];
     V2i at;
     for (int axis = 0; axis < 2; ++axis) {
       const float middle = (s.start[axis] + s.along[axis] / 2) / period[axis];
       at[axis] = static_cast<int>((middle - std::floor(middle)) * static_cast<float>(places[axis]));
     }
-    place = at.y * places.x + at.x;
+    hair.place = at.y * places.x + at.x;
+    hair.wide = -min_empty_width(s);
   }
-  std::ranges::stable_sort(hairs, {}, [&](const NumberedPiece& hair) {
-    return std::pair(hair.first, -min_empty_width(hair.second));
-  });
-  for (NumberedPiece& hair : hairs) hair.first = map.empty() ? 0 : hair.first;
+  std::ranges::sort(hairs);
 }
 
 /// The box of a piece: of a hair around its axis, in the first repeat.
@@ -169,7 +185,8 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   const YarnData& data = yarns.data();
   const YarnMap& map = data.map;
   YarnPieces pieces;
-  std::vector<NumberedPiece> numbered, hairs;
+  std::vector<NumberedPiece> plies;
+  std::vector<HairPiece> hairs;
   std::span<const Yarns::Segment> rest = inside.segments;
   const auto hair_count = static_cast<float>(
       std::ranges::count_if(rest, [](const Yarns::Segment& s) { return s.hair_threshold > 0; }));
@@ -194,8 +211,7 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
     const std::vector<int> stitches = stitches_of(
         map, yarns.period(), curve, std::span<const V3f>(data.nodes).subspan(first_node, curve.nodes));
     first_node += curve.nodes;
-    const float turn = std::min(2 * max_gap_pixels * pixel / ply_or_yarn_radius(curve), max_turn);
-    const float turn_cosine = map.empty() ? min_turn_cosine : std::min(min_turn_cosine, std::cos(turn));
+    const float turn_cosine = is_small ? min_turn_cosine : min_turn_cosine_of_large;
     // The stitch that a map shows is found from a point of a piece (PointShader).
     const auto is_one = [&](int i, int k) {
       const Yarns::Segment& a = rest[i];
@@ -209,33 +225,35 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
       for (int i = 0, count = 0; i < of_ply; i += count) {
         count = std::min(chain, of_ply - i);
         while (count > 1 && !is_one(i, i + count - 1)) --count;
-        numbered.emplace_back(stitches[i / curve.plies.divisions], chord(rest.subspan(i, count)));
-        if (!map.empty()) move_into_stitch(yarns, numbered.back());
+        plies.emplace_back(stitches[i / curve.plies.divisions], chord(rest.subspan(i, count)));
+        if (!map.empty()) move_into_stitch(yarns, plies.back());
       }
       rest = rest.subspan(of_ply);
     }
     for (; !rest.empty() && rest.front().hair_threshold > 0; rest = rest.subspan(1)) {
       const float hair = std::floor(hair_number++ / (hair_point_count - 1));
       if (std::floor((hair + 1) / hairs_for_one) == std::floor(hair / hairs_for_one)) continue;
-      Yarns::Segment& one = hairs.emplace_back(0, rest.front()).second;
-      one.radius *= hairs_for_one;
-      one.bounding_radius *= hairs_for_one;
+      hairs.push_back({.segment = static_cast<std::size_t>(&rest.front() - inside.segments.data())});
     }
   }
-  std::ranges::stable_sort(numbered, {}, &NumberedPiece::first);
+  if (!map.empty()) std::ranges::stable_sort(plies, {}, &NumberedPiece::first);
   sort_hairs(yarns, is_small, hairs);
-  pieces.ply_piece_count = static_cast<int>(numbered.size());
-  pieces.min_hair_bound = hairs.empty() ? 0 : hairs.front().second.bounding_radius;
-  for (const auto& [stitch, s] : hairs) {
+  std::vector<int> stitches;
+  pieces.segments.reserve(plies.size() + hairs.size());
+  for (const auto& [stitch, s] : plies) {
+    stitches.push_back(stitch);
+    pieces.segments.push_back(s);
+  }
+  pieces.ply_piece_count = pieces.count();
+  pieces.min_hair_bound = HUGE_VALF;
+  for (const HairPiece& hair : hairs) {
+    stitches.push_back(map.empty() ? 0 : hair.place);
+    Yarns::Segment& s = pieces.segments.emplace_back(inside.segments[hair.segment]);
+    s.radius *= hairs_for_one;
+    s.bounding_radius *= hairs_for_one;
     pieces.thickest_hair_radius = std::max(pieces.thickest_hair_radius, s.radius);
     pieces.widest_hair_radius = std::max(pieces.widest_hair_radius, s.bounding_radius);
     pieces.min_hair_bound = std::min(pieces.min_hair_bound, s.bounding_radius);
-  }
-  numbered.insert(numbered.end(), hairs.begin(), hairs.end());
-  std::vector<int> stitches;
-  for (const auto& [stitch, s] : numbered) {
-    stitches.push_back(stitch);
-    pieces.segments.push_back(s);
   }
   for (std::vector<float>& values : pieces.numbers) values.reserve(pieces.segments.size() + padding);
   pieces.strands.reserve(pieces.segments.size());
@@ -243,9 +261,9 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
     const V3f axis = squeezed(s.along, s.squeeze);
     const float length = axis.length();
     const std::array<float, YarnPieces::field_count> numbers{
-        s.start.x,       s.start.y,       s.start.z,        s.along.x,        s.along.y, s.along.z,
-        axis.x / length, axis.y / length, axis.z / length,  length,           s.radius,  s.squeeze.x,
-        s.squeeze.y,     s.squeeze.z,     s.hair_threshold, s.bounding_radius};
+        s.start.x,       s.start.y,       s.start.z,       s.along.x,        s.along.y,        s.along.z,
+        axis.x / length, axis.y / length, axis.z / length, length,           joint_of(s),      s.radius,
+        s.squeeze.x,     s.squeeze.y,     s.squeeze.z,     s.hair_threshold, s.bounding_radius};
     for (std::size_t k = 0; k < numbers.size(); ++k) pieces.numbers[k].push_back(numbers[k]);
     pieces.strands.push_back(strands_of(data.curves[s.curve], inside.strand_sense[s.curve], s));
   }

@@ -37,6 +37,7 @@ struct YarnPieces {
     axis_y,
     axis_z,  ///< unit, in the round section
     length,  ///< in the round section
+    joint,   ///< by which it is longer at either end: in place of a ball between plies' pieces
     radius,
     squeeze_x,
     squeeze_y,

@@ -25,7 +25,7 @@ constexpr int angles = 12;
 constexpr int angles_of_ply = 6;
 constexpr DirectionGrid sky{8, 12};
 /// Stations take these in turn: light varies little from one to the next.
-constexpr std::size_t sky_parts = 4;
+constexpr int sky_parts = 4;
 constexpr float light_part = 2 * std::numbers::pi_v<float> * sky_parts / (sky.columns * sky.rows);
 
 using SkyFactors = std::array<float, smooth_function_count>;
@@ -42,19 +42,6 @@ std::array<SkyFactors, smooth_function_count> upper_products() {
       for (int k = 0; k < smooth_function_count; ++k) products[j][k] += part * basis[j] * basis[k];
   }
   return products;
-}
-
-/// Integrals over the lights that reach the point of the cosine, times the functions.
-SkyFactors seen_sky(const Yarns& yarns, const V3f& point, const V3f& normal, std::span<const V3f> lights) {
-  SkyFactors factors{};
-  for (const V3f& l : lights) {
-    const float cosine = normal.dot(clamp_rise(l));
-    if (!(cosine > 0) || yarns.is_occluded(point, l)) continue;
-    const float part = light_part * cosine * std::min(1.0F, l.z / min_ray_rise);
-    const auto basis = smooth_basis(l.x, l.y, l.z);
-    for (int k = 0; k < smooth_function_count; ++k) factors[k] += part * basis[k];
-  }
-  return factors;
 }
 
 /// Coefficients of the functions of the angle, of all functions of light, that fit values at points best.
@@ -91,30 +78,56 @@ class SkyFit {
 /// Direct light by station; it depends on no colour.
 using DirectSky = std::vector<std::array<SkyFactors, angle_function_count>>;
 
-DirectSky direct_sky(const Yarns& yarns) {
-  const std::vector<V3f> all = cell_directions(sky);
-  std::array<std::vector<V3f>, sky_parts> lights;
-  for (std::size_t i = 0; i < all.size(); ++i) lights[(i + i / sky.columns) % sky_parts].push_back(all[i]);
-  DirectSky direct;
+/// A point of a station, and the integrals over the lights that reach it of the cosine, times the functions.
+struct SkyPoint {
+  StationPoint point;
+  SkyFactors seen{};
+};
+
+DirectSky direct_sky(const Yarns& yarns, const LightCaster& cast) {
+  constexpr int lights_together = 8;
+  std::vector<std::vector<SkyPoint>> stations;
   for (int c = 0; c < static_cast<int>(yarns.data().curves.size()); ++c) {
     const YarnCurve& curve = yarns.data().curves[c];
-    const std::size_t first = direct.size();
-    direct.resize(first + curve.stations);
+    const std::size_t first = stations.size();
+    stations.resize(first + curve.stations);
     parallel_for(0, curve.stations, [&](int number) {
-      SkyFit fit;
       for (const StationPoint& point :
-           points_around_station(yarns, c, number, curve.plies.count > 1 ? angles_of_ply : angles)) {
-        const V3f above = point.position + point.normal * (point.radius * surface_offset_radii);
-        fit.add(point, seen_sky(yarns, above, point.normal, lights[number % sky_parts]));
-      }
-      direct[first + number] = fit.solved();
+           points_around_station(yarns, c, number, curve.plies.count > 1 ? angles_of_ply : angles))
+        stations[first + number].push_back({point});
     });
+  }
+  const std::vector<V3f> lights = cell_directions(sky);
+  std::array<LightAtPoint, lights_together> reached;
+  for (int begin = 0; begin < sky.count(); begin += lights_together) {
+    const int count = std::min(lights_together, sky.count() - begin);
+    parallel_for(0, count, [&](int i) { reached[i] = cast(lights[begin + i]); });
+    parallel_for(0, static_cast<int>(stations.size()), [&](int station) {
+      for (int i = 0; i < count; ++i) {
+        const int number = begin + i;
+        if ((number + number / sky.columns) % sky_parts != station % sky_parts) continue;
+        const V3f& l = lights[number];
+        const auto basis = smooth_basis(l.x, l.y, l.z);
+        for (auto& [point, seen] : stations[station]) {
+          const float cosine = point.normal.dot(clamp_rise(l));
+          if (!(cosine > 0)) continue;
+          const float part = light_part * cosine * std::min(1.0F, l.z / min_ray_rise) * reached[i](point);
+          for (int k = 0; k < smooth_function_count; ++k) seen[k] += part * basis[k];
+        }
+      }
+    });
+  }
+  DirectSky direct;
+  for (const auto& points : stations) {
+    SkyFit fit;
+    for (const auto& [point, seen] : points) fit.add(point, seen);
+    direct.push_back(fit.solved());
   }
   return direct;
 }
 
 /// The same of yarn that lies as one of the last did: designers show it in colour after colour.
-std::shared_ptr<const DirectSky> known_sky(const Yarns& yarns) {
+std::shared_ptr<const DirectSky> known_sky(const Yarns& yarns, const LightCaster& cast) {
   constexpr std::size_t max_known = 4;
   static std::mutex mutex;
   struct Known {
@@ -137,7 +150,7 @@ std::shared_ptr<const DirectSky> known_sky(const Yarns& yarns) {
         known, [&](const Known& one) { return one.period == yarns.period() && one.segments == segments; });
     if (found != known.end()) return found->direct;
   }
-  auto direct = std::make_shared<const DirectSky>(direct_sky(yarns));
+  auto direct = std::make_shared<const DirectSky>(direct_sky(yarns, cast));
   const std::scoped_lock lock(mutex);
   if (known.size() == max_known) known.pop_front();
   return known.emplace_back(Known{segments, yarns.period(), std::move(direct)}).direct;
@@ -145,9 +158,15 @@ std::shared_ptr<const DirectSky> known_sky(const Yarns& yarns) {
 
 }  // namespace
 
-std::vector<float> sky_transfer(const Yarns& yarns) {
+std::vector<float> sky_transfer(const Yarns& yarns, const LightCaster& cast) {
   const YarnData& data = yarns.data();
-  const auto sky_seen = known_sky(yarns);
+  const LightCaster traced = [&](const V3f& light) -> LightAtPoint {
+    return [&yarns, light](const StationPoint& point) {
+      const V3f above = point.position + point.normal * (point.radius * surface_offset_radii);
+      return yarns.is_occluded(above, light) ? 0.0F : 1.0F;
+    };
+  };
+  const auto sky_seen = known_sky(yarns, cast ? cast : traced);
   const std::array<SkyFactors, smooth_function_count> upper = upper_products();
   std::vector<float> result(data.station_light.size());
   std::size_t station = 0;

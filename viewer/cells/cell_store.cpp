@@ -233,7 +233,8 @@ void CellStore::begin(const CellFrame& frame) {
       side->shadows->set_memory(options_.memory_bytes / 8 / cloths_->size());
       // Light of lamps alone needs none.
       if (lights_.smooth_light == nullptr || !side->sky.empty()) continue;
-      side->sky = sky_transfer(side->yarn->yarns());
+      side->sky = sky_transfer(side->yarn->yarns(),
+                               side->yarn->has_large_cell() ? side->shadows->sky_caster() : LightCaster());
       side->yarn->set_sky_transfer(side->sky);
     }
   }

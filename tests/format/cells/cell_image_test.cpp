@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "format/fabric/file.h"
 #include "format/fabric/lifted.h"
 #include "format/fabric/yarn_sky.h"
 #include "tests/format/cells/shade_points.h"
@@ -305,6 +306,30 @@ TEST_CASE("the sky of yarn follows its colour and its place, whatever yarn came 
   CHECK(std::ranges::equal(dark, bright, {}, {}, [](float value) { return value / 2; }));
   for (std::size_t i = 0; i < data.nodes.size() / 2; ++i) data.nodes[i].z += 0.1F;
   CHECK(sky_transfer(Yarns(data, period)) != dark);
+}
+
+TEST_CASE("the sky of cloth by grids is about the sky by rays") {
+  const Fabric fabric = test::need(read_fabric(SELVEDGE_SOURCE_DIR "/tests/data/kept/4.0/yarn.fabric.exr"));
+  YarnData data = fabric.levels.front().yarns()->data();
+  const V2f repeat = fabric.levels.front().yarns()->period();
+  for (std::vector<float>* light : {&data.station_light, &data.light_through})
+    std::ranges::fill(*light, 0.0F);
+  const std::vector<float> traced = sky_transfer(Yarns(data, repeat));
+  // Yarn that lies as the last one keeps its sky.
+  const Yarns wider(data, repeat * 1.00001F);
+  const CellYarn cell(wider, fabric.reference_height, {});
+  const std::vector<float> cast = sky_transfer(wider, CellShadows(cell).sky_caster());
+  double square = 0;
+  double all = 0;
+  std::array<double, 2> means{};  // of all coefficients
+  for (std::size_t i = 0; i < traced.size(); ++i) {
+    square += std::pow(cast[i] - traced[i], 2);
+    all += std::pow(traced[i], 2);
+    means[0] += std::abs(traced[i]);
+    means[1] += std::abs(cast[i]);
+  }
+  CHECK(std::sqrt(square / all) < 0.15);
+  CHECK(means[1] == doctest::Approx(means[0]).epsilon(0.03));
 }
 
 TEST_CASE("a thousand fat curves in a cell are refused, and as many as may be make an image") {
