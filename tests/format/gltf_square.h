@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "format/check/gltf.h"
+#include "format/gltf/document.h"
 #include "tests/format/gltf_fixtures.h"
 
 namespace selvedge::test {
@@ -45,6 +46,23 @@ struct Square {
     std::memcpy(bytes.data() + at, &value, sizeof value);
   }
 
+  /// Appends a view of bytes, which begins at a multiple of 4; returns its number.
+  std::size_t add_view(const std::string& more) {
+    bytes.resize((bytes.size() + 3) / 4 * 4);
+    json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", more.size()}});
+    bytes += more;
+    json["buffers"][0]["byteLength"] = bytes.size();
+    return json["bufferViews"].size() - 1;
+  }
+  /// Appends an accessor over its own view; returns its number.
+  std::size_t add_accessor(const std::string& more, int component_type, std::size_t count, const char* type) {
+    json["accessors"].push_back({{"bufferView", add_view(more)},
+                                 {"componentType", component_type},
+                                 {"count", count},
+                                 {"type", type}});
+    return json["accessors"].size() - 1;
+  }
+
   /// Refers to a fabric file, with a complete fallback (whose texture is a black pixel).
   void dress() {
     const std::string png(
@@ -52,10 +70,7 @@ struct Square {
         "\002\000\000\000\220\167\123\336\000\000\000\014\111\104\101\124\170\234\143\140\140\140\000\000\000"
         "\004\000\001\366\027\070\125\000\000\000\000\111\105\116\104\256\102\140\202",
         69);
-    json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 204}, {"byteLength", png.size()}});
-    bytes += png;
-    json["buffers"][0]["byteLength"] = bytes.size();
-    json["images"] = Json::array({{{"bufferView", 5}, {"mimeType", "image/png"}}});
+    json["images"] = Json::array({{{"bufferView", add_view(png)}, {"mimeType", "image/png"}}});
     json["textures"] = Json::array({{{"source", 0}}});
     json["extensionsUsed"] = {"SELVEDGE_materials_fabric", "KHR_texture_transform"};
     json["extensions"]["SELVEDGE_materials_fabric"]["fabrics"] =
@@ -79,19 +94,10 @@ struct Square {
 
   /// A joint that the mesh is skinned to; JOINTS_0 of all vertices is 0.
   void skin() {
-    const auto view = json["bufferViews"].size();
-    const auto accessor = json["accessors"].size();
-    json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", 16}});
-    bytes += std::string(16, '\0');
-    json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", 64}});
-    for (int vertex = 0; vertex < 4; ++vertex) bytes += bytes_of<float>({1, 0, 0, 0});
-    json["buffers"][0]["byteLength"] = bytes.size();
-    json["accessors"].push_back(
-        {{"bufferView", view}, {"componentType", 5121}, {"count", 4}, {"type", "VEC4"}});
-    json["accessors"].push_back(
-        {{"bufferView", view + 1}, {"componentType", 5126}, {"count", 4}, {"type", "VEC4"}});
-    primitive()["attributes"]["JOINTS_0"] = accessor;
-    primitive()["attributes"]["WEIGHTS_0"] = accessor + 1;
+    std::string weights;
+    for (int vertex = 0; vertex < 4; ++vertex) weights += bytes_of<float>({1, 0, 0, 0});
+    primitive()["attributes"]["JOINTS_0"] = add_accessor(std::string(16, '\0'), 5121, 4, "VEC4");
+    primitive()["attributes"]["WEIGHTS_0"] = add_accessor(weights, 5126, 4, "VEC4");
     json["nodes"][0]["skin"] = 0;
     json["nodes"].push_back(Json::object());
     json["scenes"][0]["nodes"].push_back(1);
@@ -103,6 +109,11 @@ struct Square {
   Json& material() { return at("/materials/0"); }
   Json& root_fabrics() { return at("/extensions/SELVEDGE_materials_fabric/fabrics"); }
 };
+
+inline Result<GltfDocument> load(const Square& square) {
+  const std::string file = glb(square.json.dump(), square.bytes);
+  return load_gltf({reinterpret_cast<const std::uint8_t*>(file.data()), file.size()}, "a.glb");
+}
 
 inline std::string text_of(const Issues& issues) {
   std::string text;

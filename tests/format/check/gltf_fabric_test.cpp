@@ -92,13 +92,8 @@ TEST_CASE("gltf check: issues of a fabric say which fabric, embedded or beside")
   REQUIRE_FALSE(issues.empty());
   CHECK(issues[0].file == folder / "the net.exr");
 
-  square.bytes.resize((square.bytes.size() + 3) / 4 * 4);
-  square.json["bufferViews"].push_back(
-      {{"buffer", 0}, {"byteOffset", square.bytes.size()}, {"byteLength", fabric.size()}});
-  square.bytes += fabric;
-  square.json["buffers"][0]["byteLength"] = square.bytes.size();
   square.root_fabrics()[0].erase("uri");
-  square.root_fabrics()[0]["bufferView"] = 6;
+  square.root_fabrics()[0]["bufferView"] = square.add_view(fabric);
   issues = check(folder, square);
   REQUIRE_FALSE(issues.empty());
   for (const Error& issue : issues) {

@@ -19,15 +19,7 @@ std::size_t add_numbers(Square& square, const std::vector<float>& numbers, const
                         std::size_t count) {
   std::string bytes;
   for (const float number : numbers) bytes += bytes_of<float>({number});
-  square.json["bufferViews"].push_back(
-      {{"buffer", 0}, {"byteOffset", square.bytes.size()}, {"byteLength", bytes.size()}});
-  square.bytes += bytes;
-  square.json["buffers"][0]["byteLength"] = square.bytes.size();
-  square.json["accessors"].push_back({{"bufferView", square.json["bufferViews"].size() - 1},
-                                      {"componentType", 5126},
-                                      {"count", count},
-                                      {"type", type}});
-  return square.json["accessors"].size() - 1;
+  return square.add_accessor(bytes, 5126, count, type);
 }
 
 /// A square whose node moves along x.
@@ -40,11 +32,6 @@ Square moving(const char* interpolation, const std::vector<float>& times, const 
        {"samplers", {{{"input", input}, {"output", output}, {"interpolation", interpolation}}}},
        {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}}}};
   return square;
-}
-
-GltfDocument loaded(const Square& square) {
-  const std::string file = glb(square.json.dump(), square.bytes);
-  return test::need(load_gltf({reinterpret_cast<const std::uint8_t*>(file.data()), file.size()}, "a.glb"));
 }
 
 constexpr float no_number = std::numeric_limits<float>::quiet_NaN();
@@ -68,7 +55,7 @@ TEST_CASE("clip: values between keys, before them and behind them") {
            Row{"LINEAR", plain, 4.5, 1},  // the second time round
            Row{"CUBICSPLINE", smooth, 2, 2 + 2 * (2 / 8.0) - 2 * (-2 / 8.0)},
        }) {
-    GltfDocument document = loaded(moving(row.interpolation, {1, 3}, row.values));
+    GltfDocument document = test::need(load(moving(row.interpolation, {1, 3}, row.values)));
     const Clip clip = test::need(Clip::read(document, "slide", default_memory_limit));
     CHECK(clip.seconds() == 3);
     clip.pose(row.time, document);
@@ -126,16 +113,16 @@ TEST_CASE("clip: broken ones are refused, each with its place") {
        }) {
     Square square = moving("LINEAR", {0, 1}, {0, 0, 0, 1, 0, 0});
     row.break_it(square);
-    const auto read = Clip::read(loaded(square), "slide", default_memory_limit);
+    const auto read = Clip::read(test::need(load(square)), "slide", default_memory_limit);
     REQUIRE_MESSAGE(!read, row.what);
     CHECK_MESSAGE(read.error().code == row.code, row.what);
     CHECK_MESSAGE(read.error().place == row.place, row.what);
   }
   Square pointer = moving("LINEAR", {0, 1}, {0, 0, 0, 1, 0, 0});
   animation(pointer)["channels"][0]["target"] = {{"path", "pointer"}};
-  CHECK(test::need(Clip::read(loaded(pointer), "0", default_memory_limit)).remarks().size() == 1);
+  CHECK(test::need(Clip::read(test::need(load(pointer)), "0", default_memory_limit)).remarks().size() == 1);
   Square skinned;
   skinned.skin();
   skinned.json["skins"][0]["joints"] = Json::array();
-  CHECK(test::error_of(read_scene(loaded(skinned))).place == "/skins/0");
+  CHECK(test::error_of(read_scene(test::need(load(skinned)))).place == "/skins/0");
 }

@@ -14,10 +14,8 @@ using namespace selvedge::test;
 namespace {
 
 Result<Scene> read(const Square& square, const SceneChoice& choice = {}) {
-  const std::string file = glb(square.json.dump(), square.bytes);
-  const auto document = load_gltf({reinterpret_cast<const std::uint8_t*>(file.data()), file.size()}, "a.glb");
-  if (!document) return tl::unexpected<Error>(document.error());
-  return read_scene(*document, {}, choice);
+  return load(square).and_then(
+      [&](const GltfDocument& document) { return read_scene(document, {}, choice); });
 }
 
 Scene good(const Square& square, const SceneChoice& choice = {}) {
@@ -26,29 +24,13 @@ Scene good(const Square& square, const SceneChoice& choice = {}) {
   return std::move(*scene);
 }
 
-/// Appends an accessor over its own view.
-std::size_t add_accessor(Square& square, const std::string& bytes, int component_type, std::size_t count,
-                         const char* type) {
-  square.bytes.resize((square.bytes.size() + 3) / 4 * 4);
-  square.json["bufferViews"].push_back(
-      {{"buffer", 0}, {"byteOffset", square.bytes.size()}, {"byteLength", bytes.size()}});
-  square.bytes += bytes;
-  square.json["buffers"][0]["byteLength"] = square.bytes.size();
-  square.json["accessors"].push_back({{"bufferView", square.json["bufferViews"].size() - 1},
-                                      {"componentType", component_type},
-                                      {"count", count},
-                                      {"type", type}});
-  return square.json["accessors"].size() - 1;
-}
-
 }  // namespace
 
 TEST_CASE("rest: morph targets add their differences by the node's weights, else by the mesh's") {
   Square square;
-  const auto up =
-      add_accessor(square, bytes_of<float>({0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0, 4}), 5126, 4, "VEC3");
+  const auto up = square.add_accessor(bytes_of<float>({0, 0, 1, 0, 0, 2, 0, 0, 3, 0, 0, 4}), 5126, 4, "VEC3");
   const auto tilt =
-      add_accessor(square, bytes_of<float>({2, 0, 0, 2, 0, 0, 2, 0, 0, 2, 0, 0}), 5126, 4, "VEC3");
+      square.add_accessor(bytes_of<float>({2, 0, 0, 2, 0, 0, 2, 0, 0, 2, 0, 0}), 5126, 4, "VEC3");
   square.primitive()["targets"] = {{{"POSITION", up}, {"NORMAL", tilt}}, {{"POSITION", up}}};
   square.json["meshes"][0]["weights"] = {0.5, 0};
   const Scene by_mesh = good(square);
@@ -63,8 +45,7 @@ TEST_CASE("rest: morph targets add their differences by the node's weights, else
 
 TEST_CASE("rest: two nodes with other weights show two meshes, equal ones share theirs") {
   Square square;
-  const auto up =
-      add_accessor(square, bytes_of<float>({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}), 5126, 4, "VEC3");
+  const auto up = square.add_accessor(bytes_of<float>({0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}), 5126, 4, "VEC3");
   square.primitive()["targets"] = {{{"POSITION", up}}};
   square.json["nodes"] = Json::parse(R"([{"mesh":0},{"mesh":0,"weights":[1]},{"mesh":0}])");
   square.json["scenes"][0]["nodes"] = {0, 1, 2};
@@ -81,8 +62,8 @@ TEST_CASE("rest: a skin puts its vertices where the joints are, wherever the mes
   square.json["nodes"][0]["translation"] = {100, 100, 100};
   square.json["nodes"][1] =
       Json::parse(R"({"translation":[5,0,0],"rotation":[0,0,0.7071067811865476,0.7071067811865476]})");
-  const auto inverse = add_accessor(square, bytes_of<float>({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 7, 1}),
-                                    5126, 1, "MAT4");
+  const auto inverse =
+      square.add_accessor(bytes_of<float>({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 7, 1}), 5126, 1, "MAT4");
   square.json["skins"][0]["inverseBindMatrices"] = inverse;
   const Scene scene = good(square);
   REQUIRE(scene.instances.size() == 1);
@@ -107,9 +88,9 @@ TEST_CASE("rest: two joints share a vertex by their weights, and normals follow 
     joints += std::string("\0\1\0\0", 4);
     weights += bytes_of<float>({1, 3, 0, 0});  // add up to 4: made 1
   }
-  const auto number = add_accessor(square, joints, 5121, 4, "VEC4");
+  const auto number = square.add_accessor(joints, 5121, 4, "VEC4");
   square.primitive()["attributes"]["JOINTS_0"] = number;
-  square.primitive()["attributes"]["WEIGHTS_0"] = add_accessor(square, weights, 5126, 4, "VEC4");
+  square.primitive()["attributes"]["WEIGHTS_0"] = square.add_accessor(weights, 5126, 4, "VEC4");
   square.put<float>(48, 0.6F);  // a normal aslant
   square.put<float>(56, 0.8F);
   const Scene scene = good(square);
@@ -132,11 +113,11 @@ TEST_CASE("rest: instances stand at translation, rotation and scale before the n
   Square square;
   square.json["nodes"][0] = Json::parse(R"({"mesh":0,"translation":[0,10,0]})");
   Json& attributes = square.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
-  attributes["TRANSLATION"] = add_accessor(square, bytes_of<float>({1, 2, 3, -1, -2, -3}), 5126, 2, "VEC3");
-  attributes["SCALE"] = add_accessor(square, bytes_of<float>({1, 1, 1, 2, 2, 2}), 5126, 2, "VEC3");
+  attributes["TRANSLATION"] = square.add_accessor(bytes_of<float>({1, 2, 3, -1, -2, -3}), 5126, 2, "VEC3");
+  attributes["SCALE"] = square.add_accessor(bytes_of<float>({1, 1, 1, 2, 2, 2}), 5126, 2, "VEC3");
   // A quarter turn about z, as normalised shorts.
   attributes["ROTATION"] =
-      add_accessor(square, bytes_of<std::int16_t>({0, 0, 0, 32767, 0, 0, 23170, 23170}), 5122, 2, "VEC4");
+      square.add_accessor(bytes_of<std::int16_t>({0, 0, 0, 32767, 0, 0, 23170, 23170}), 5122, 2, "VEC4");
   square.json["accessors"].back()["normalized"] = true;
   square.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
   square.json["extensionsRequired"] = {"EXT_mesh_gpu_instancing"};
@@ -144,7 +125,7 @@ TEST_CASE("rest: instances stand at translation, rotation and scale before the n
   REQUIRE(scene.instances.size() == 2);
   CHECK((V3d(1, 0, 0) * scene.instances[0].world - V3d(2, 12, 3)).length() < 1e-9);
   CHECK((V3d(1, 0, 0) * scene.instances[1].world - V3d(-1, 10, -3)).length() < 1e-9);
-  attributes["SCALE"] = add_accessor(square, bytes_of<float>({1, 1, 1}), 5126, 1, "VEC3");
+  attributes["SCALE"] = square.add_accessor(bytes_of<float>({1, 1, 1}), 5126, 1, "VEC3");
   CHECK(test::error_of(read(square)).place == "/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes/SCALE");
 }
 
@@ -251,11 +232,11 @@ TEST_CASE("materials: core parameters, samplers and extensions are read") {
 TEST_CASE("attributes: colours of three numbers are opaque, quantised coordinates keep their digits") {
   Square square;
   square.primitive()["attributes"]["COLOR_0"] =
-      add_accessor(square, std::string("\xff\x80\0\0\0\0\0\0\0\0\0\0\0\0\0\0", 16), 5121, 4, "VEC3");
+      square.add_accessor(std::string("\xff\x80\0\0\0\0\0\0\0\0\0\0\0\0\0\0", 16), 5121, 4, "VEC3");
   square.json["accessors"].back()["normalized"] = true;
   square.json["bufferViews"].back()["byteStride"] = 4;
   square.primitive()["attributes"]["TEXCOORD_1"] =
-      add_accessor(square, bytes_of<std::uint16_t>({1, 2, 3, 4, 5, 6, 7, 8}), 5123, 4, "VEC2");
+      square.add_accessor(bytes_of<std::uint16_t>({1, 2, 3, 4, 5, 6, 7, 8}), 5123, 4, "VEC2");
   square.json["accessors"].back()["normalized"] = true;
   const Scene scene = good(square);
   CHECK(scene.primitives[0].colors[0] == V4f(1, 128 / 255.0F, 0, 1));
