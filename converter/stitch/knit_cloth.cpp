@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "converter/mesh/surface_points.h"
@@ -102,7 +103,8 @@ KnitCloth::KnitCloth(const DrawnKnit& knit, double gap_radii, const std::vector<
     chains_.push_back(std::move(chain));
   }
   set_tiles();
-  find_mirror();
+  if (tiles_.size() > 1) find_kinds();
+  if (!has_kinds_) find_mirror();
   const std::size_t count = points_.size();
   lengths_.resize(count);
   height_ = free_height * unit_;
@@ -165,7 +167,10 @@ void KnitCloth::find_mirror() {
         }
       }
     }
-    if (is_mirror) return;
+    if (!is_mirror) continue;
+    kind_of_.resize(points_.size());
+    std::iota(kind_of_.begin(), kind_of_.end(), 0);
+    return;
   }
   images_.clear();
 }
@@ -217,6 +222,16 @@ void KnitCloth::slide() {
       }
     }
     for (std::size_t p = 0; p < count; ++p) chain.parts[p].slid += taken[p];
+  }
+  if (has_kinds_) {
+    // Over a foot to the left: in the mirror, to the right.
+    std::vector<V3d> slid(points_.size(), V3d(0));
+    const auto foot = [&](const Part& part) { return next_[part.end - 1]; };
+    for (const Chain& chain : chains_)
+      for (const Part& part : chain.parts) slid[foot(part)].x = part.slid;
+    take_means(slid);
+    for (Chain& chain : chains_)
+      for (Part& part : chain.parts) part.slid = slid[foot(part)].x;
   }
   set_lengths();
 }
@@ -306,6 +321,7 @@ double KnitCloth::energy(Vector& gradient) {
   gradient.period = V3d(stress.x, stress.y, leans_ ? stress.z : 0);
   for (std::uint32_t i = 0; i < active_.size(); ++i)
     if (is_still(i)) gradient.points[i] = V3d(0);
+  if (has_kinds_) take_means(gradient.points);
   return energy;
 }
 
@@ -360,6 +376,7 @@ double KnitCloth::support(std::uint32_t piece, const V3d& direction, V3d& slope)
 
 /// Sections pass on their strain along the yarn, recover, and stay across it.
 void KnitCloth::set_sections() {
+  if (has_kinds_) take_means(strains_);
   for (const Chain& chain : chains_) {
     if (!chain.soft || swollen_ == 0) continue;
     std::vector<Imath::M33d> still;

@@ -140,6 +140,17 @@ class KnitCloth {
   void hold(const DrawnKnit& knit, const std::vector<V3d>& rest, const std::vector<char>& known);
   bool is_still(std::uint32_t i) const { return !active_.empty() && active_[i] == 0; }
 
+  // knit_kinds.cpp: what rests alike.
+  static constexpr std::uint32_t no_image = ~std::uint32_t{0};
+  struct PartShape;
+  std::vector<std::vector<std::array<int, 2>>> part_shapes(const std::vector<int>& rows_of) const;
+  /// Sets the kinds of points by their stitches, as far as these are drawn alike with all around them, and
+  /// the images of kinds.
+  void find_kinds();
+  /// Gives each kind its mean with its image, of vectors, else without.
+  template <class Value>
+  void take_means(std::vector<Value>& values) const;
+
   // knit_cloth.cpp: what rests.
   void set_tiles();
   void find_mirror();
@@ -171,7 +182,6 @@ class KnitCloth {
   void converge(int max_steps, int pressing_steps = 0);
   bool step(double& energy);
   Vector descent() const;
-  void mirror(std::vector<V3d>& ways) const;
   void move(const Vector& direction, double step);
   void move_to(const V2d& period, double lean = 0);
   template <class Visit>
@@ -213,7 +223,9 @@ class KnitCloth {
   double stiffness_ = 1;           ///< factor on the stiffness of pieces and contacts
   double overlap_ = 0;             ///< largest, in radii of the thinner yarn
 
-  std::vector<std::uint32_t> images_;  ///< of points in the mirror, left for right; empty: the cloth has none
+  std::vector<std::uint32_t> kind_of_;  ///< of points, which move as the others of their kind
+  std::vector<std::uint32_t> images_;   ///< of kinds in the mirror, left for right; empty: there are no kinds
+  bool has_kinds_ = false;              ///< by find_kinds(): else every point is its own, and has an image
   Vector gradient_;
   std::vector<std::pair<RoughVector, RoughVector>>
       history_;  ///< moves and changes of the gradient, the oldest first

@@ -103,7 +103,7 @@ void KnitCloth::rest(const ClothGoal& goal) {
 }
 
 void KnitCloth::find_lean(int max_steps) {
-  if (!images_.empty()) return;
+  if (!has_kinds_ && !images_.empty()) return;
   leans_ = true;
   history_.clear();
   energy(gradient_);
@@ -253,18 +253,8 @@ KnitCloth::Vector KnitCloth::descent() const {
   }
   for (V3d& p : v.points) p = -p;
   v.period = -v.period;
-  if (!images_.empty()) mirror(v.points);
+  if (!images_.empty()) take_means(v.points);
   return v;
-}
-
-/// Takes the mean of ways and their images.
-void KnitCloth::mirror(std::vector<V3d>& ways) const {
-  for (std::uint32_t i = 0; i < ways.size(); ++i) {
-    V3d& image = ways[images_[i]];
-    const V3d mean(0.5 * (ways[i].x - image.x), 0.5 * (ways[i].y + image.y), 0.5 * (ways[i].z + image.z));
-    ways[i] = mean;
-    image = V3d(-mean.x, mean.y, mean.z);
-  }
 }
 
 template <class Visit>

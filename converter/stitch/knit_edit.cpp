@@ -203,6 +203,7 @@ bool KnitCloth::edit(const DrawnKnit& knit, const RestedKnit& last, const V2d& g
 /// Keeps the lengths of yarn at rest, and all of what is not active.
 void KnitCloth::hold(const DrawnKnit& knit, const std::vector<V3d>& rest, const std::vector<char>& known) {
   images_.clear();
+  has_kinds_ = false;
   for (std::size_t c = 0; c < chains_.size(); ++c) {
     Chain& chain = chains_[c];
     for (Part& part : chain.parts) {

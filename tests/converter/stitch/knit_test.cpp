@@ -432,6 +432,44 @@ TEST_CASE("stripes rest as one row of them does") {
     CHECK(second.segments[k][0] == first.segments[k][0] + V3d(0, one.pattern.period_mm.y, 0));
 }
 
+TEST_CASE("equal stitches of a large knit rest equal, and all of plain knit as one stitch does") {
+  struct Cloth {
+    const char* repeat;
+    std::size_t times;  ///< beside each other
+  };
+  const std::vector<Cloth> cloths{
+      {"1: k", 144}, {"yarn A:\nyarn B:\n4: k6 [A6]\n3: k6 [A2 B3 A]\n2: k6 [A B4 A]\n1: k6 [B A5]", 8}};
+  for (const Cloth& cloth : cloths) {
+    CAPTURE(cloth.repeat);
+    const KnitChart one = test::need(read_chart(cloth.repeat, "")).knit;
+    KnitChart chart = one;
+    for (std::size_t y = 0; y < chart.rows.size(); ++y)
+      for (std::size_t k = 1; k < cloth.times; ++k)
+        chart.rows[y].insert(chart.rows[y].end(), one.rows[y].begin(), one.rows[y].end());
+    const RelaxResult relaxed = rested(chart, draw_knit(chart, ""));
+    const double radius = relaxed.pattern.yarns[0].radius_mm;
+    CHECK(-test::need(minimum_clearance(relaxed.pattern, "")) <= touching_overlap * radius);
+    const V3d step(relaxed.pattern.period_mm.x / static_cast<double>(cloth.times), 0, 0);
+    for (const Yarn& yarn : relaxed.pattern.yarns) {
+      const std::size_t count = yarn.segments.size() / cloth.times;
+      double apart = 0;
+      for (std::size_t k = 0; k + count < yarn.segments.size(); ++k)
+        apart = std::max(apart, (yarn.segments[k + count][0] - yarn.segments[k][0] - step).length());
+      CHECK(apart < 4e-6 * radius);  // drawings are rounded to 1e-6
+    }
+    if (chart.rows.size() > 1) continue;
+    const RelaxResult single = rested(one, draw_knit(one, ""));
+    CHECK(relaxed.radius_fraction == doctest::Approx(single.radius_fraction).epsilon(1e-3));
+    CHECK(step.x == doctest::Approx(single.pattern.period_mm.x).epsilon(1e-3));
+    const auto& segments = single.pattern.yarns[0].segments;
+    for (std::size_t k = 0; k < segments.size(); ++k) {
+      const V3d way = segments[k][0] - segments[0][0];
+      const auto& large = relaxed.pattern.yarns[0].segments;
+      CHECK((large[k][0] - large[0][0] - way).length() < touching_overlap * radius);
+    }
+  }
+}
+
 TEST_CASE("an edited knit rests as its chart says where it changed, and stays elsewhere") {
   const auto chart_of = [](const std::string& row, const std::string& rest = "k14 [A14]") {
     std::string text = "yarn A:\nyarn B:\n3: " + row;
