@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <utility>
 
 #include "converter/mesh/surface_points.h"
@@ -142,37 +141,6 @@ void KnitCloth::set_tiles() {
       }
     }
   }
-}
-
-/// Finds the mirror of the drawing, in which column k is column axis - k. What is symmetric stays so:
-/// pressed, all loops would turn to one side, one leg in front of the other.
-void KnitCloth::find_mirror() {
-  const auto columns = static_cast<std::uint32_t>(chains_.front().parts.size());
-  for (std::uint32_t axis = 0; axis < columns; ++axis) {
-    images_.resize(points_.size());
-    bool is_mirror = true;
-    for (const Chain& chain : chains_) {
-      for (std::uint32_t k = 0; k < columns && is_mirror; ++k) {
-        const Part& part = chain.parts[k];
-        const Part& other = chain.parts[(axis + columns - k) % columns];
-        is_mirror = part.end - part.begin == other.end - other.begin && part.length == other.length;
-        for (std::uint32_t i = part.begin; i < part.end && is_mirror; ++i) {
-          const std::uint32_t image = other.end - (i - part.begin);
-          images_[i] = image < chain.end ? image : chain.begin;
-          const V3d& p = points_[i];
-          const V3d& q = points_[images_[i]];
-          const double turns = (p.x + q.x) / period_.x - (axis + 1.0) / columns;
-          const V3d apart(period_.x * (turns - std::round(turns)), p.y - q.y, p.z - q.z);
-          is_mirror = length_of(apart) < 1e-3 * unit_;
-        }
-      }
-    }
-    if (!is_mirror) continue;
-    kind_of_.resize(points_.size());
-    std::iota(kind_of_.begin(), kind_of_.end(), 0);
-    return;
-  }
-  images_.clear();
 }
 
 V3d KnitCloth::after(const Chain& chain, std::uint32_t i) const {

@@ -147,13 +147,13 @@ class KnitCloth {
   /// Sets the kinds of points by their stitches, as far as these are drawn alike with all around them, and
   /// the images of kinds.
   void find_kinds();
+  void find_mirror();
   /// Gives each kind its mean with its image, of vectors, else without.
   template <class Value>
   void take_means(std::vector<Value>& values) const;
 
   // knit_cloth.cpp: what rests.
   void set_tiles();
-  void find_mirror();
   void set_lengths();
   void slide();
   void set_radii();

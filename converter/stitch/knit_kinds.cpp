@@ -116,6 +116,28 @@ void KnitCloth::find_kinds() {
   has_kinds_ = true;
 }
 
+/// Finds the mirror of the drawing, in which column k is column axis - k. What is symmetric stays so:
+/// pressed, all loops would turn to one side, one leg in front of the other.
+void KnitCloth::find_mirror() {
+  const auto shapes = part_shapes(std::vector<int>(chains_.size(), 0));
+  const auto columns = static_cast<int>(chains_.front().parts.size());
+  for (int axis = 0; axis < columns; ++axis) {
+    const auto across = [&](int k) { return wrapped(axis - k, columns); };
+    bool is_mirror = true;
+    for (const auto& chain : shapes)
+      for (int k = 0; k < columns && is_mirror; ++k) is_mirror = chain[k][1] == chain[across(k)][0];
+    if (!is_mirror) continue;
+    for (const Chain& chain : chains_)
+      for (int k = 0; k < columns; ++k)
+        for (std::uint32_t i = chain.parts[k].begin; i < chain.parts[k].end; ++i) {
+          const std::uint32_t image = chain.parts[across(k)].end - (i - chain.parts[k].begin);
+          kind_of_.push_back(i);
+          images_.push_back(image < chain.end ? image : chain.begin);
+        }
+    return;
+  }
+}
+
 template <class Value>
 void KnitCloth::take_means(std::vector<Value>& values) const {
   std::vector<Value> sums(images_.size(), Value(0.0));
