@@ -194,12 +194,11 @@ void KnitCloth::slide() {
   if (has_kinds_) {
     // Over a foot to the left: in the mirror, to the right.
     std::vector<V3d> slid(points_.size(), V3d(0));
-    const auto foot = [&](const Part& part) { return next_[part.end - 1]; };
     for (const Chain& chain : chains_)
-      for (const Part& part : chain.parts) slid[foot(part)].x = part.slid;
+      for (const Part& part : chain.parts) slid[next_[part.end - 1]].x = part.slid;
     take_means(slid);
     for (Chain& chain : chains_)
-      for (Part& part : chain.parts) part.slid = slid[foot(part)].x;
+      for (Part& part : chain.parts) part.slid = slid[next_[part.end - 1]].x;
   }
   set_lengths();
 }

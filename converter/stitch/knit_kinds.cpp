@@ -13,9 +13,9 @@
 namespace selvedge {
 namespace {
 
-/// Stitches each way that are around one, as in maps (arrange.h). Kinds by two or three would leave 7 or 9 %
-/// less energy, but only 34 or 6 % of the yarn of 24 x 24 stitches would have others of its kind, not 83 %,
-/// and a sampler 22 or less dB at the place `middle` beside the whole, not 27.
+/// Stitches each way that are around one, as in maps (arrange.h). Kinds by two or three leave 7 or 8 % less
+/// energy, but only 34 or 6 % of the yarn of 24 x 24 stitches has others of its kind then, not 83 %; by two,
+/// a sampler lies 22 dB beside the whole at the place `middle`, not 27.
 constexpr int reach = 1;
 
 int wrapped(int i, int count) { return (i + count) % count; }
@@ -87,22 +87,22 @@ void KnitCloth::find_kinds() {
         for (std::size_t c = 0; c < chains_.size(); ++c)
           if (rows_of[c] == wrapped(i / 2 / columns + y, rows))
             key.push_back(shapes[c][wrapped(i / 2 % columns + (image == 1 ? -x : x), columns)][image]);
-    const int next = static_cast<int>(surroundings.size());
-    around[image].push_back(surroundings.try_emplace(std::move(key), next).first->second);
+    around[image].push_back(
+        surroundings.try_emplace(std::move(key), static_cast<int>(surroundings.size())).first->second);
   }
   std::map<std::array<int, 4>, std::uint32_t> numbers;
   const auto for_each_point = [&](int image, const auto& visit) {
     for (std::size_t c = 0; c < chains_.size(); ++c)
       for (int k = 0; k < columns; ++k) {
         const auto kind = [&](int x) { return around[image][rows_of[c] * columns + wrapped(x, columns)]; };
-        const std::uint32_t begin = chains_[c].parts[k].begin;
-        const std::uint32_t end = chains_[c].parts[k].end;
+        const Part& part = chains_[c].parts[k];
         // A foot is of the stitches on both of its sides.
-        visit(begin, std::array{shapes[c][wrapped(k - image, columns)][image], 0, kind(k - 1 + image),
-                                kind(k - image)});
-        for (std::uint32_t i = begin + 1; i < end; ++i)
-          visit(i, std::array{shapes[c][k][image], static_cast<int>(image == 1 ? end - i : i - begin),
-                              kind(k), kind(k)});
+        visit(part.begin, std::array{shapes[c][wrapped(k - image, columns)][image], 0, kind(k - 1 + image),
+                                     kind(k - image)});
+        for (std::uint32_t i = part.begin + 1; i < part.end; ++i)
+          visit(i,
+                std::array{shapes[c][k][image], static_cast<int>(image == 1 ? part.end - i : i - part.begin),
+                           kind(k), kind(k)});
       }
   };
   kind_of_.resize(points_.size());
