@@ -46,6 +46,8 @@ class KnitCloth {
   /// `curvature`: at rest, of a loop, 1/mm, at equal distances from foot to foot; empty: straight.
   KnitCloth(const DrawnKnit& knit, double gap_radii, const std::vector<double>& curvature);
 
+  /// Lets stitches that are drawn alike, with all around them, rest alike: knits cut into tiles do without.
+  void find_kinds();
   void rest(const ClothGoal& goal);
   /// Takes the rest of a knit that differs in some stitches, before rest(): only these and the ones around
   /// them move then. False: too much differs, and this is no cloth any more.
@@ -144,9 +146,6 @@ class KnitCloth {
   static constexpr std::uint32_t no_image = ~std::uint32_t{0};
   struct PartShape;
   std::vector<std::vector<std::array<int, 2>>> part_shapes(const std::vector<int>& rows_of) const;
-  /// Sets the kinds of points by their stitches, as far as these are drawn alike with all around them, and
-  /// the images of kinds.
-  void find_kinds();
   void find_mirror();
   /// Gives each kind its mean with its image, of vectors, else without.
   template <class Value>

@@ -65,6 +65,7 @@ std::vector<std::vector<std::array<int, 2>>> KnitCloth::part_shapes(const std::v
 }
 
 void KnitCloth::find_kinds() {
+  if (has_kinds_) return;
   const auto columns = static_cast<int>(chains_.front().parts.size());
   std::vector<int> rows_of;  // of chains: each row has as many loops as columns
   std::ptrdiff_t loops = 0;

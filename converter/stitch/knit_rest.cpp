@@ -145,6 +145,7 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
     if (edited.edit(knit, *options.last, gauge)) return edited_knit(std::move(knit), edited, *options.last);
   }
   KnitCloth cloth(knit, options.gap_radii, curvature);
+  if (options.free_part < 1) cloth.find_kinds();  // a sampler's, which stand for many
   const auto tell = [&](double from, double to, int steps) {
     if (options.progress)
       cloth.on_step([&, from, to, steps, begin = cloth.steps()] {
