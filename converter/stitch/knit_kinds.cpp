@@ -18,7 +18,7 @@ namespace {
 /// a sampler lies 22 dB beside the whole at the place `middle`, not 27.
 constexpr int reach = 1;
 
-int wrapped(int i, int count) { return (i + count) % count; }
+int in_repeat(int i, int count) { return (i + count) % count; }
 
 }  // namespace
 
@@ -86,8 +86,8 @@ void KnitCloth::find_kinds() {
     for (int y = -reach; y <= reach; ++y)
       for (int x = -reach; x <= reach; ++x, key.push_back(-1))
         for (std::size_t c = 0; c < chains_.size(); ++c)
-          if (rows_of[c] == wrapped(i / 2 / columns + y, rows))
-            key.push_back(shapes[c][wrapped(i / 2 % columns + (image == 1 ? -x : x), columns)][image]);
+          if (rows_of[c] == in_repeat(i / 2 / columns + y, rows))
+            key.push_back(shapes[c][in_repeat(i / 2 % columns + (image == 1 ? -x : x), columns)][image]);
     around[image].push_back(
         surroundings.try_emplace(std::move(key), static_cast<int>(surroundings.size())).first->second);
   }
@@ -95,10 +95,10 @@ void KnitCloth::find_kinds() {
   const auto for_each_point = [&](int image, const auto& visit) {
     for (std::size_t c = 0; c < chains_.size(); ++c)
       for (int k = 0; k < columns; ++k) {
-        const auto kind = [&](int x) { return around[image][rows_of[c] * columns + wrapped(x, columns)]; };
+        const auto kind = [&](int x) { return around[image][rows_of[c] * columns + in_repeat(x, columns)]; };
         const Part& part = chains_[c].parts[k];
         // A foot is of the stitches on both of its sides.
-        visit(part.begin, std::array{shapes[c][wrapped(k - image, columns)][image], 0, kind(k - 1 + image),
+        visit(part.begin, std::array{shapes[c][in_repeat(k - image, columns)][image], 0, kind(k - 1 + image),
                                      kind(k - image)});
         for (std::uint32_t i = part.begin + 1; i < part.end; ++i)
           visit(i,
@@ -123,7 +123,7 @@ void KnitCloth::find_mirror() {
   const auto shapes = part_shapes(std::vector<int>(chains_.size(), 0));
   const auto columns = static_cast<int>(chains_.front().parts.size());
   for (int axis = 0; axis < columns; ++axis) {
-    const auto across = [&](int k) { return wrapped(axis - k, columns); };
+    const auto across = [&](int k) { return in_repeat(axis - k, columns); };
     bool is_mirror = true;
     for (const auto& chain : shapes)
       for (int k = 0; k < columns && is_mirror; ++k) is_mirror = chain[k][1] == chain[across(k)][0];
