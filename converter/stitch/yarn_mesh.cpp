@@ -41,20 +41,19 @@ std::vector<ChainPoint> dense_points(const Yarn& yarn, double step) {
 int divisions_for(YarnCurve curve, std::span<const V3f> nodes, const V2f& period,
                   const YarnChainOptions& options) {
   constexpr int most = 64;
-  std::vector<Yarns::Segment> halves;
   const auto radius = static_cast<double>(ply_or_yarn_radius(curve));
   for (int parts = 1; parts <= most; ++parts) {
     curve.plies.divisions = 2 * parts;
-    halves.clear();
-    halves.reserve(segment_count(curve));
-    append_segments_of(curve, nodes, period, halves);
-    bool near = true;
-    for (std::size_t i = 0; i < halves.size() && near; i += 2) {
-      const V3d half(halves[i].along);
-      const V3d whole = half + V3d(halves[i + 1].along);
-      near = whole.length() <= options.max_length_radii * radius &&
-             chord_distance(half, V3d(0), whole) <= options.max_sag * radius;
-    }
+    const bool near = holds_for_plies(curve, nodes, period, [&](std::span<const V3d> ends) {
+      for (std::size_t i = 0; i + 2 < ends.size(); i += 2) {
+        const V3d half(V3f(ends[i + 1] - ends[i]));
+        const V3d whole = half + V3d(V3f(ends[i + 2] - ends[i + 1]));
+        if (whole.length() > options.max_length_radii * radius ||
+            chord_distance(half, V3d(0), whole) > options.max_sag * radius)
+          return false;
+      }
+      return true;
+    });
     if (near) return parts;
   }
   return 0;
@@ -398,8 +397,8 @@ CellMesh meshed(const StitchPattern& described, bool has_yarns) {
 constexpr double some_nodes = 1 << 12;
 constexpr double many_nodes = 1 << 18;
 
-/// Throws Failure.
-YarnData chains_of(const StitchPattern& pattern, const YarnChainOptions& options) {
+/// Throws Failure. `has_plies`: else the axes alone.
+YarnData chains_of(const StitchPattern& pattern, const YarnChainOptions& options, bool has_plies = true) {
   YarnData data;
   std::optional<StitchPattern> laid;
   std::size_t first_ply = 0;
@@ -427,7 +426,7 @@ YarnData chains_of(const StitchPattern& pattern, const YarnChainOptions& options
     const std::size_t own_plies = first_ply;
     const int plies = yarn.plies == 1 ? 1 : std::gcd(ply_twist_of(yarn).ply_shift, yarn.plies);
     first_ply += plies;
-    if (yarn.plies == 1 || give_plies(yarn, V2f(pattern.period_mm), options, data)) continue;
+    if (yarn.plies == 1 || !has_plies || give_plies(yarn, V2f(pattern.period_mm), options, data)) continue;
     // Each ply as a chain.
     data.nodes.resize(data.nodes.size() - data.curves.back().nodes);
     data.curves.pop_back();
@@ -454,10 +453,8 @@ double times_too_large(const YarnData& data, const V2f& period) {
 
 /// Throws Failure.
 YarnData usual_chains(const StitchPattern& pattern, YarnChainOptions options) {
-  YarnData data = chains_of(pattern, options);
-  const auto nodes = static_cast<double>(data.nodes.size());
-  const double times = std::max(std::min(2.0, nodes / some_nodes), nodes / many_nodes);
-  if (times <= 1) return data;
+  const auto nodes = static_cast<double>(chains_of(pattern, options, false).nodes.size());
+  const double times = std::max({1.0, std::min(2.0, nodes / some_nodes), nodes / many_nodes});
   for (double* sag : {&options.max_sag, &options.max_flat_sag}) *sag *= times * times;
   return chains_of(pattern, options);
 }

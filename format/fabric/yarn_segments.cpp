@@ -154,7 +154,9 @@ void append_segments(const ChainNodes& chain, const YarnCurve& curve, std::vecto
   }
 }
 
-void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::Segment>& segments) {
+/// Calls visit(chain) for the plies until one returns false; whether none did.
+template <class Visit>
+bool visit_plies(const Axis& axis, const YarnCurve& curve, const Visit& visit) {
   const int plies = curve.plies.count;
   const int divisions = curve.plies.divisions;
   const int shift = curve.plies.shift;
@@ -190,8 +192,9 @@ void append_plies(const Axis& axis, const YarnCurve& curve, std::vector<Yarns::S
       chain.out.push_back(out);
       chain.fraction.push_back(fraction);
     }
-    append_segments(chain, curve, segments);
+    if (!visit(chain)) return false;
   }
+  return true;
 }
 
 V3f across_of(const V3f& d, const V3f& unit_axis) {
@@ -222,7 +225,10 @@ void append_segments_of(const YarnCurve& curve, std::span<const V3f> nodes, cons
                         std::vector<Yarns::Segment>& segments) {
   const Axis axis = axis_of(curve, nodes, period);
   if (curve.plies.count > 1) {
-    append_plies(axis, curve, segments);
+    visit_plies(axis, curve, [&](const ChainNodes& chain) {
+      append_segments(chain, curve, segments);
+      return true;
+    });
   } else {
     ChainNodes chain{axis.nodes, axis.across, {}, axis.length, {}, {}};
     for (int i = 0; i < curve.nodes; ++i)
@@ -232,6 +238,13 @@ void append_segments_of(const YarnCurve& curve, std::span<const V3f> nodes, cons
     for (double& fraction : chain.fraction) fraction /= axis.length.back();
     append_segments(chain, curve, segments);
   }
+}
+
+bool holds_for_plies(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
+                     const std::function<bool(std::span<const V3d>)>& test) {
+  return visit_plies(axis_of(curve, nodes, period), curve, [&](const ChainNodes& chain) {
+    return test(std::span(chain.nodes).subspan(1, chain.nodes.size() - 2));
+  });
 }
 
 StrandRows ply_strand_rows(const YarnCurve& curve, int ply) {

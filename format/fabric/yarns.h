@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -358,6 +359,9 @@ std::vector<Yarns::Segment> make_segments(const YarnCurve& curve, std::span<cons
                                           const V2f& period);
 void append_segments_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
                         std::vector<Yarns::Segment>& segments);
+/// Whether `test` holds of each ply: of the ends of its segments, mm. Precondition: the curve has plies.
+bool holds_for_plies(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
+                     const std::function<bool(std::span<const V3d>)>& test);
 /// Calls visit(index, curve, its nodes) for all curves.
 template <class Visit>
 void for_each_curve(const YarnData& data, const Visit& visit) {
