@@ -2,6 +2,8 @@
 // that is not there says so in a line.
 #include <cstring>
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <string_view>
 #include <type_traits>
 #include <vector>
@@ -216,17 +218,22 @@ Fabric preview_of(const Samples& samples, const MakeOptions& options) {
   return fabric;
 }
 
-/// Writes the texels of the fabric of --recolour beneath yarn that differs from its yarn in some places;
-/// false: it differs in more.
-bool write_edited(const YarnCell& cell, const MakeCommand& command) {
-  Fabric fabric = value_or_throw(read_fabric(command.recolour_path));
+/// The fabric of --recolour, if there is one, and all of its yarn is in it.
+std::optional<Fabric> last_fabric(const MakeCommand& command) {
+  std::optional<Fabric> last;
+  if (!command.recolour_path.empty()) last = value_or_throw(read_fabric(command.recolour_path));
+  if (last && (!last->levels.front().yarns() || last->find_map() != nullptr)) last.reset();
+  return last;
+}
+
+/// Writes the texels of the last fabric beneath yarn that differs from its yarn in some places; false: it
+/// differs in more.
+bool write_edited(const YarnCell& cell, Fabric fabric, const MakeCommand& command) {
   const auto last = fabric.levels.front().yarns();
   YarnData yarns = cell.yarns;
   LineLightOptions lines{.both_sides = fabric.find_side(Side::back) != nullptr, .direction_count = 32};
   lines.spacing_radii = 1;
-  if (!last || !yarns.map.empty() ||
-      !relight_near_changes(yarns, V2f(cell.period), cell.wall_transmission, *last, lines))
-    return false;
+  if (!relight_near_changes(yarns, V2f(cell.period), cell.wall_transmission, *last, lines)) return false;
   fabric.thickness_mm = static_cast<float>(cell.thickness);
   fabric.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(yarns), fabric.period_mm));
   value_or_throw(write_fabric(command.output, fabric, command.options.write));
@@ -245,7 +252,11 @@ void make_preview(MakeCommand command) {
   TerminalProgress progress("bake", true);
   command.cell.form = StitchForm::yarn;
   command.cell.progress = relaxation.callback();
-  if (command.cell.kinds.by != KindLimit::By::none) command.cell.kinds = {KindLimit::By::size, 100};
+  const std::optional<Fabric> last = last_fabric(command);
+  if (last)
+    command.cell.kinds = {};
+  else if (command.cell.kinds.by != KindLimit::By::none)
+    command.cell.kinds = {KindLimit::By::size, 100};
   command.cell.on_start = [&](const StitchSize& size) {
     value_or_throw(check_room(size, command.input));
     if (size.is_sampler) {
@@ -258,13 +269,34 @@ void make_preview(MakeCommand command) {
     of_bake.views = of_bake.lights = 9;
   };
   const Cell cell = value_or_throw(find_cell(command.input, command.cell));
-  if (!command.recolour_path.empty() && write_edited(*cell.yarn, command)) return;
+  if (last && write_edited(*cell.yarn, *last, command)) return;
   Baked baked = value_or_throw(bake(cell.yarn.value(), command.input, of_bake, "{}", progress.callback()));
   const bool has_map = !baked.samples.yarns.map.empty();
   value_or_throw(write_fabric(command.output,
                               has_map ? value_or_throw(fit_fabric(std::move(baked.samples), options)).fabric
                                       : preview_of(baked.samples, options),
                               options.write));
+}
+
+/// Makes a fabric from that of --recolour: the yarn rests and is lit anew where it is another.
+void make_edited(MakeCommand command) {
+  const std::optional<Fabric> last = last_fabric(command);
+  if (!last) throw Failure{{Code::option_out_of_range, command.recolour_path, {}, "has not all yarn"}};
+  command.options.bake.last = last->levels.front().yarns();
+  command.recolour_path.clear();
+  command.cell.kinds = {};
+  default_relaxer = relaxed_roughly;
+  make_file(command);
+}
+
+/// Gives a command of `make` in host_input() to `make`; returns 0, or 1.
+int make_by(const std::function<void(MakeCommand)>& make) {
+  const std::vector<std::string> words = take_words();
+  const auto result = [&]() -> Result<void> {
+    make(value_or_throw(make_command_of({words.begin() + 1, words.end()}, "", "")));
+    return {};
+  };
+  return catch_exceptions("", result) ? 0 : 1;
 }
 
 }  // namespace
@@ -319,13 +351,15 @@ extern "C" {
 
 /// Makes what looks about like the fabric of a run of `make`, in a fraction of the time; returns 0, or 1: the
 /// run tells why not.
-[[clang::export_name("preview")]] int selvedge_preview() {
-  const std::vector<std::string> words = take_words();
-  const auto make = [&]() -> Result<void> {
-    make_preview(value_or_throw(make_command_of({words.begin() + 1, words.end()}, "", "")));
-    return {};
-  };
-  return catch_exceptions("", make) ? 0 : 1;
+[[clang::export_name("preview")]] int selvedge_preview() { return make_by(make_preview); }
+/// The same from the fabric of --recolour, of nearly the same yarn.
+[[clang::export_name("edit")]] int selvedge_edit() { return make_by(make_edited); }
+/// The same of the same yarn in other colours.
+[[clang::export_name("recolour")]] int selvedge_recolour() {
+  return make_by([](MakeCommand command) {
+    command.is_rough = true;
+    make_file(command);
+  });
 }
 }
 

@@ -350,7 +350,7 @@ MadeFabric recoloured(const MakeCommand& command) {
     throw Failure{{Code::option_out_of_range, command.recolour_path, "--recolour",
                    "has other yarn than " + command.input + ", where only colours may differ"}};
   MadeFabric made;
-  Fabric& fabric = made.fit.fabric = recolour(last, *cell.yarn);
+  Fabric& fabric = made.fit.fabric = recolour(last, *cell.yarn, command.is_rough);
   Json recipe = Json::parse(last.recipe);
   for (const char* name : {"set", "text"}) recipe.erase(name);
   recipe.update(

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,6 +39,8 @@ struct BakeOptions {
   /// Light of a stitch: lines of its yarn alone, paths of a mesh of it. bake() goes by what it is given.
   IndirectLight indirect = IndirectLight::paths;
   bool has_coarse_light = false;  ///< of yarn without a mesh: by an eighth of the lines
+  /// Yarn that this differs from in places, with its light: what is far from these keeps it (kept_light.h).
+  std::shared_ptr<const Yarns> last{};
   /// Views and lights of both sides of the cloth; the samples are four times as many.
   bool both_sides = false;
   int validation_pairs = 96;

@@ -46,14 +46,6 @@ static_assert(3 * functions <= 32);
 
 std::array<float, orders> chebyshev(float x) { return {1, 2 * x, 4 * x * x - 1}; }
 
-/// Evenly over the upper half of the sphere by its area: a spiral of golden angles.
-V3f spiral_direction(int index, int count) {
-  const double z = (index + 0.5) / count;
-  const double r = std::sqrt(1 - z * z);
-  const double turn = index * std::numbers::pi * (3 - std::sqrt(5.0));
-  return V3f(V3d(r * std::cos(turn), r * std::sin(turn), z));
-}
-
 /// Fractions of light that a patch sends on.
 struct Wall {
   V3f back{0, 0, 0};  ///< of what falls on it, without the gloss
@@ -590,6 +582,13 @@ void LineLight::add_to(std::vector<LitPoint>& places, int c, bool below) const {
 }
 
 }  // namespace
+
+V3f spiral_direction(int index, int count) {
+  const double z = (index + 0.5) / count;
+  const double r = std::sqrt(1 - z * z);
+  const double turn = index * std::numbers::pi * (3 - std::sqrt(5.0));
+  return V3f(V3d(r * std::cos(turn), r * std::sin(turn), z));
+}
 
 bool compute_yarn_light(YarnData& data, const V2f& period, std::span<const V3f> through,
                         const LineLightOptions& options) {

@@ -14,6 +14,10 @@
 
 namespace selvedge {
 
+/// Direction `index` of `count`, evenly over the upper half of the sphere by its area: a spiral of golden
+/// angles.
+V3f spiral_direction(int index, int count);
+
 struct LineLightOptions {
   bool both_sides = false;     ///< YarnData::light_through, too
   int direction_count = 64;    ///< of lines, over the upper half of the sphere; each is followed both ways

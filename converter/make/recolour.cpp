@@ -10,6 +10,7 @@
 #include "converter/bake/bake.h"
 #include "converter/bake/yarn_samples.h"
 #include "converter/light/light_bands.h"
+#include "converter/light/recoloured_light.h"
 #include "converter/make/fallback_factors.h"
 #include "converter/make/pack_yarn.h"
 #include "converter/mesh/map_joints.h"
@@ -24,6 +25,7 @@ namespace {
 /// Views that are sampled: every so many of a grid, so that they lie in all rows and columns of it.
 constexpr int sampled_views = 8;
 constexpr int sampled_pairs = 48;
+constexpr int sampled_roughly = 12;
 
 /// Samples of new yarn from some views of a side, under all lights of its grid.
 struct SomeViews {
@@ -169,15 +171,15 @@ void match_means(Fabric& side, const std::vector<DirectionPair>& pairs, const Le
     if (level.bases) level.bases = bases;
 }
 
-void recolour_texels(Fabric& side, const YarnSampler& sampler) {
+void recolour_texels(Fabric& side, const YarnSampler& sampler, int pair_count) {
   const SomeViews some = sample_some(sampler, side);
-  const auto pairs = random_direction_pairs(sampled_pairs, min_pair_z, 1);
+  const auto pairs = random_direction_pairs(pair_count, min_pair_z, 1);
   const int points = points_per_texel(side.texels(), 0);
   const std::size_t texels = some.level.texels();
   PairSamples seen{some.level.width, some.level.height, pairs};
   seen.alpha.resize(pairs.size() * texels);
   seen.radiance.resize(pairs.size() * texels);
-  parallel_for(0, sampled_pairs, [&](std::size_t p) {
+  parallel_for(0, pair_count, [&](std::size_t p) {
     NoiseSum noise;
     const PairSamples pair = sampler.sample_pair(directions_of(side.side, pairs[p]), points, noise);
     std::ranges::copy(pair.alpha, seen.alpha.begin() + static_cast<std::ptrdiff_t>(p * texels));
@@ -220,28 +222,36 @@ bool differs_only_in_colour(const Fabric& fabric, const YarnCell& cell) {
                             [&](const V3f& a, const V3f& b) { return a.equalWithAbsError(b, tolerance); });
 }
 
-Fabric recolour(const Fabric& fabric, const YarnCell& cell) {
+Fabric recolour(const Fabric& fabric, const YarnCell& cell, bool is_rough) {
   Fabric result = fabric;
-  YarnData yarns = cell.yarns;
   const bool both = fabric.find_side(Side::back) != nullptr;
-  // Large cloth has fewer stations than its cell.
   const Yarns& last = *fabric.levels.front().yarns();
-  const std::vector<YarnCurve>& stored = last.data().curves;
-  for (std::size_t c = 0; c < stored.size(); ++c) yarns.curves[c].stations = stored[c].stations;
-  compute_light_in_bands(yarns, last.period(), cell.wall_transmission, {both});
+  YarnData yarns = is_rough ? last.data() : cell.yarns;
+  for (std::size_t c = 0; c < yarns.curves.size(); ++c) {
+    yarns.curves[c].albedo = cell.yarns.curves[c].albedo;
+    // Large cloth has fewer stations than its cell.
+    yarns.curves[c].stations = last.data().curves[c].stations;
+  }
+  if (is_rough)
+    recolour_light(yarns, last, cell.wall_transmission);
+  else
+    compute_light_in_bands(yarns, last.period(), cell.wall_transmission, {both});
   const YarnSampler sampler(yarns, cell, fabric.reference_height, fabric.texels(), both);
-  recolour_texels(result, sampler);
+  const int pair_count = is_rough ? sampled_roughly : sampled_pairs;
+  recolour_texels(result, sampler, pair_count);
   for (auto& other : result.sides) {
     if (!other) continue;
     Fabric side = *other;
-    recolour_texels(side, sampler);
+    recolour_texels(side, sampler, pair_count);
     other = std::make_shared<const Fabric>(std::move(side));
   }
-  if (!yarns.map.empty()) join_light(yarns, last.period());
-  result.levels.front().set_yarns(
-      std::make_shared<const Yarns>(packed_if_large(std::move(yarns)), last.period()));
+  if (!is_rough) {
+    if (!yarns.map.empty()) join_light(yarns, last.period());
+    yarns = packed_if_large(std::move(yarns));
+  }
+  result.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(yarns), last.period()));
   result.accuracy = "{}";
-  result.fallback = fallback_json_text(fit_fallback(result));
+  if (!is_rough) result.fallback = fallback_json_text(fit_fallback(result));
   return result;
 }
 

@@ -12,7 +12,8 @@ bool differs_only_in_colour(const Fabric& fabric, const YarnCell& cell);
 /// The fabric in the colours of `cell`, whose yarn has exact light. Texels keep their opacity and the
 /// coefficients of products: only the functions of the light change, by least squares over few views of the
 /// yarn; lobes change by the mean of a texel. Its accuracy is unknown. Precondition:
-/// differs_only_in_colour().
-Fabric recolour(const Fabric& fabric, const YarnCell& cell);
+/// differs_only_in_colour(). `is_rough`: in a fraction of the time, with about that light (recolour_light()),
+/// from fewer samples, and with the fallback that was.
+Fabric recolour(const Fabric& fabric, const YarnCell& cell, bool is_rough = false);
 
 }  // namespace selvedge

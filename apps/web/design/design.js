@@ -18,6 +18,8 @@ const view = globalThis.selvedge, {stage} = view, by_id = (id) => document.getEl
 /** Stages of a make, and the milliseconds that each took last. */
 const STAGES = {relax: ['yarns come to rest', 500], bake: ['light falls on them', 1000], fit: ['written as a fabric', 300]}, WHITE = '#ffffff';
 const HELD_OUT = 'How well it tells light that it was not made from: by size, the finest first, then the yarn close by; 30 dB is well';
+/** Milliseconds of a make before which an edit of the last cloth is shown whole. */
+const LONG = 15000;
 /** Bytes that files of each kind have at most. */
 const LARGEST = {exr: 64e6, glb: 128e6, txt: 16e6, wif: 16e6, json: 16e6, png: 16e6};
 /** Pictures of the list by the names of their stitches, seven in a row. */
@@ -25,7 +27,7 @@ const TILED = JSON.parse(by_id('tiled').textContent), TILE = 48;
 
 const state = {making: false, stage: '', stage_began: 0, shown: 0, preview_ms: null, made_ms: 0, shown_ms: 0, relaxed: 0, bytes: null, refusal: ''};
 /** The bytes of the cloth that is made, or of the last whole one. */
-let making = null, last_fabric = null, last_shape = '', resolve_current = null, garment = null, fabrics = [];
+let making = null, last_fabric = null, last_recipe = recipe, resolve_current = null, garment = null, fabrics = [];
 
 /** The commands that make the cloth, and dress a garment of the user in it. */
 function command() {
@@ -74,13 +76,20 @@ const [maker, dresser, reader] = [1, 2, 3].map(() => new Maker(page));
 const made_by = ({argv, files}, entry) => maker.run(argv, files, entry).then(({files: made}) => [made.get(argv.at(-1))], ({message}) => [null, `${argv[1]}: ${message}`]);
 /** The parts of a recipe by which its yarn comes to rest: all but colours. */
 const shape_of = ({text, set, ...rest}) => JSON.stringify([rest, text?.replace(/albedo=\S+/g, ''), Object.entries(set).filter(([name]) => !/colour$|albedo$/.test(name))]);
+/** How the cloth of a recipe comes from another's: 'recolour' in other colours, 'edit' of few rows; null anew. */
+function way_from(last, next) {
+  if (shape_of(last) === shape_of(next)) return 'recolour';
+  const [rows, others] = [last, next].map(({text}) => text?.split('\n') ?? []), other = rows.filter((row, i) => row !== others[i]).length;
+  return rows.length === others.length && 4 * other <= rows.length && shape_of({...last, text: ''}) === shape_of({...next, text: ''}) ? 'edit' : null;
+}
 /** The bytes of the cloth, once they are made. */
 const made_bytes = () => state.bytes ?? (state.making ? making : making = make());
 /** Makes the cloth of the recipe and shows it, a preview first; a promise of the bytes of its file, null where it was refused or another began. */
 function make() {
   resolve_current?.(null);
   const begin = performance.now(), run = make_run(), made_recipe = recipe, {argv, files} = run;
-  const from_last = last_fabric && {argv: [...argv.slice(0, 2), '--recolour', 'last.fabric.exr', ...argv.slice(2)], files: {...files, 'last.fabric.exr': last_fabric}};
+  const way = last_fabric && way_from(last_recipe, recipe);
+  const from_last = way && {argv: [...argv.slice(0, 2), '--recolour', 'last.fabric.exr', ...argv.slice(2)], files: {...files, 'last.fabric.exr': last_fabric}};
   Object.assign(state, {making: true, stage: '', bytes: null, preview_ms: null});
   refuse('');
   show_progress('making …');
@@ -88,7 +97,7 @@ function make() {
   return new Promise(async (end) => {
     resolve_current = end;
     const is_over = () => resolve_current !== end;
-    const [preview] = await made_by(from_last || run, 'preview');
+    const [preview] = await made_by(from_last || run, way === 'recolour' ? way : 'preview');
     if (is_over()) return;
     let is_made = false;
     const seen = preview && show(preview, () => is_over() || is_made, false).then((was_seen) => {
@@ -98,10 +107,10 @@ function make() {
     await Promise.race([seen, new Promise((later) => setTimeout(later, 2000))]);
     if (is_over()) return;
     state.stage = '';
-    if (from_last && shape_of(made_recipe) === last_shape) {
-      const [recoloured] = await made_by(from_last);
+    if (way === 'edit' && state.made_ms > LONG) {
+      const [edited] = await made_by(from_last, way);
       if (is_over()) return;
-      if (recoloured) await show(recoloured, is_over, false);
+      if (edited) await show(edited, is_over, false);
       if (is_over()) return;
       state.stage = '';
     }
@@ -117,7 +126,7 @@ function make() {
       return end(null);
     }
     Object.assign(state, {bytes, made_ms: performance.now() - begin});
-    last_shape = shape_of(made_recipe);
+    last_recipe = made_recipe;
     end(last_fabric = bytes);
     if (!await show(bytes, is_over)) return;
     view.hold(false);
@@ -292,7 +301,7 @@ view.started.then(async () => {
   show_worn();
   const bytes = await garment.first_fabric();
   if (bytes && state.bytes === null && !state.making) show_sheet(stage.cloth, state.bytes = bytes);
-  [last_fabric, last_shape] = [state.bytes, shape_of(recipe)];
+  [last_fabric, last_recipe] = [state.bytes, recipe];
   fabrics = [stage.cloth];
   if (!is_start_recipe()) making = make();
   else if (!state.making) made_by(make_run(), 'preview');
