@@ -282,7 +282,9 @@ void make_preview(MakeCommand command) {
 void make_edited(MakeCommand command) {
   const std::optional<Fabric> last = last_fabric(command);
   if (!last) throw Failure{{Code::option_out_of_range, command.recolour_path, {}, "has not all yarn"}};
-  command.options.bake.last = last->levels.front().yarns();
+  BakeOptions& of_bake = command.options.bake;
+  of_bake.last = last->levels.front().yarns();
+  of_bake.held_out_pairs = of_bake.validation_pairs /= 3;
   command.recolour_path.clear();
   command.cell.kinds = {};
   default_relaxer = relaxed_roughly;

@@ -236,7 +236,13 @@ Fabric recolour(const Fabric& fabric, const YarnCell& cell, bool is_rough) {
     recolour_light(yarns, last, cell.wall_transmission);
   else
     compute_light_in_bands(yarns, last.period(), cell.wall_transmission, {both});
-  const YarnSampler sampler(yarns, cell, fabric.reference_height, fabric.texels(), both);
+  YarnData sampled = yarns;
+  for (YarnCurve& curve : sampled.curves) {
+    if (!is_rough) break;
+    curve.plies.divisions = 1;
+    curve.hairs = {};
+  }
+  const YarnSampler sampler(std::move(sampled), cell, fabric.reference_height, fabric.texels(), both);
   const int pair_count = is_rough ? sampled_roughly : sampled_pairs;
   recolour_texels(result, sampler, pair_count);
   for (auto& other : result.sides) {
