@@ -21,7 +21,7 @@ constexpr float max_growth = 2;
 constexpr float of_darker = 2;
 constexpr float least = 1e-9F;
 
-/// Of three colours before, and after.
+/// Three colours before, and after.
 using Values = std::array<float, 8>;
 
 /// Fractions of the light that falls on a yarn: all that it sends on, and what passes its walls.
