@@ -323,14 +323,8 @@ const Imath::Box3f& RayScene::bounds() const { std::abort(); }
 V2d RayScene::period() const { std::abort(); }
 const CellMesh& RayScene::mesh() const { std::abort(); }
 bool RayScene::trace(const V3d&, const V3d&, SurfacePoint&) const { std::abort(); }
-std::uint32_t RayScene::trace(std::span<const V3d>, const V3d&, PointPacket&) const { std::abort(); }
 bool RayScene::is_occluded(const SurfacePoint&, const V3f&) const { std::abort(); }
-std::uint32_t RayScene::is_occluded(const OffsetOrigins&, const V3f&, std::uint32_t) const { std::abort(); }
-std::uint32_t RayScene::is_occluded(const SurfacePoint&, std::span<const V3f>, std::uint32_t) const {
-  std::abort();
-}
 V3d RayScene::offset_origin(const SurfacePoint&) const { std::abort(); }
-OffsetOrigins RayScene::offset_origin(const PointPacket&, std::uint32_t) const { std::abort(); }
 V3f RayScene::vertex_normal(const SurfacePoint&) const { std::abort(); }
 
 extern "C" {

@@ -39,12 +39,9 @@ class TexelBaker {
 
  private:
   struct Gather;
-  struct Packet;
-  struct TexelRays;
-  void sample(std::span<const TexelRays> texels, const V3f& view, std::span<const V3f> lights) const;
-  void follow(const Packet& packet, const V3d& view, std::span<const V3f> lights) const;
-  void light_directly(const Packet& packet, const PointPacket& points, std::uint32_t hits, const V3d& view,
-                      std::span<const V3f> lights) const;
+  /// Rays `first` to `end` of a texel.
+  Gather sample(const V2i& texel, std::uint32_t first, std::uint32_t end, std::uint64_t seed, const V3f& view,
+                std::span<const V3f> lights) const;
 
   const RayScene& scene_;
   PathTracer tracer_;

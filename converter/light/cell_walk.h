@@ -5,9 +5,9 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
+#include "converter/mesh/surface_points.h"
 #include "format/base/vec.h"
 
 namespace selvedge {
@@ -29,16 +29,9 @@ inline constexpr double wrap_fraction = 1 - 1e-4;
 inline constexpr int max_block_pieces = 4096;
 
 /// Distance along the ray to the end of the interval, or infinity.
-template <class Real>
-Real interval_exit(Real origin, Real direction, Real low, Real high) {
-  const Real distance = ((direction > 0 ? high : low) - origin) / direction;
-  return direction == 0 ? std::numeric_limits<Real>::infinity() : distance;
-}
-
-inline double wrap_to_period(double value, double period) {
-  if (value >= 0 && value < period) return value;
-  const double wrapped = value - period * std::floor(value / period);
-  return wrapped < period ? wrapped : 0;
+inline double interval_exit(double origin, double direction, double low, double high) {
+  const double distance = ((direction > 0 ? high : low) - origin) / direction;
+  return direction == 0 ? std::numeric_limits<double>::infinity() : distance;
 }
 
 inline RTCRay ray_from(const V3d& origin, const V3d& direction, double far) {
@@ -73,8 +66,8 @@ template <class Step>
 bool walk_blocks(const CellBlock& block, V3d origin, const V3d& direction, const Step& step) {
   if (!enter_slab(block, origin, direction)) return false;
   for (int piece = 0; piece < max_block_pieces; ++piece) {
-    origin.x = wrap_to_period(origin.x, block.period.x);
-    origin.y = wrap_to_period(origin.y, block.period.y);
+    origin.x = wrap_to_repeat(origin.x, block.period.x);
+    origin.y = wrap_to_repeat(origin.y, block.period.y);
     const double out = interval_exit(origin.z, direction.z, block.z_low, block.z_high);
     const double side = std::min(interval_exit(origin.x, direction.x, block.min.x, block.max.x),
                                  interval_exit(origin.y, direction.y, block.min.y, block.max.y));

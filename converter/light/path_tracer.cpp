@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 
 namespace selvedge {
 namespace {
@@ -113,25 +112,8 @@ void PathTracer::add_indirect(const SurfacePoint& point, const V3d& view, std::s
     towards = -*direction;
     YarnBrdf surface = brdf_at(scene_, vertex);
     surface.diffuse_factor = 1;  // the mean over strands: no bounce creates light
-    for (std::size_t first = 0; first < lights.size(); first += packet_size) {
-      const auto packet = lights.subspan(first, std::min(packet_size, lights.size() - first));
-      std::uint32_t lit = 0;
-      for (std::size_t l = 0; l < packet.size(); ++l)
-        lit |= (vertex.face_normal.dot(packet[l]) > 0 ? 1U : 0U) << l;
-      std::uint32_t through = 0;
-      if (surface.transmission > 0 && vertex.is_back) {
-        through = ~lit & ((1U << packet.size()) - 1);
-        lit = 0;
-      }
-      lit &= ~scene_.is_occluded(vertex, packet, lit);
-      if (through != 0) lit |= through & ~scene_.is_occluded(other_side(vertex), packet, through);
-      for (; lit != 0; lit &= lit - 1) {
-        const int l = std::countr_zero(lit);
-        const V3d light(packet[l]);
-        radiance[first + l] +=
-            throughput * reflectance(surface, light, towards) * incidence_cosine(surface, light);
-      }
-    }
+    for (std::size_t l = 0; l < lights.size(); ++l)
+      radiance[l] += throughput * direct_light(scene_, vertex, surface, lights[l], towards);
   }
 }
 

@@ -10,10 +10,7 @@
 #include <vector>
 
 #include "converter/light/cell_walk.h"
-#include "converter/light/path_tracer.h"
-#include "converter/light/yarn_brdf.h"
 #include "format/base/random.h"
-#include "format/simd/wide.h"
 
 namespace selvedge {
 
@@ -66,8 +63,8 @@ void place_on_hair(const RaySceneState& s, unsigned primitive, float side, Surfa
 SurfacePoint point_from(const RaySceneState& s, const V3d& position, const V3d& direction,
                         const V3f& geometric_normal, unsigned geometry, unsigned primitive, float u,
                         float v) {
-  SurfacePoint point{.position = V3f(V3d(wrap_to_period(position.x, s.block.period.x),
-                                         wrap_to_period(position.y, s.block.period.y), position.z)),
+  SurfacePoint point{.position = V3f(V3d(wrap_to_repeat(position.x, s.block.period.x),
+                                         wrap_to_repeat(position.y, s.block.period.y), position.z)),
                      .face_normal = geometric_normal.normalized(),
                      .view = V3f(-direction)};
   point.is_back = point.face_normal.dot(V3f(direction)) > 0;
@@ -80,160 +77,6 @@ SurfacePoint point_from(const RaySceneState& s, const V3d& position, const V3d& 
   point.u = u;
   point.v = v;
   return point;
-}
-
-/// Up to 16 rays while they are traced.
-struct alignas(64) RayPacket {
-  std::array<float, packet_size> x, y, z;     // origins, in the block
-  std::array<float, packet_size> dx, dy, dz;  // unit directions
-};
-
-using PacketLanes = std::array<float, packet_size>;
-
-/// Distances at which each ray leaves the slab and the block. Lane by lane, so the result does not depend on
-/// the width of vector registers.
-SELVEDGE_WIDE void leave_block(const RayPacket& p, const V3f& low, const V3f& high, PacketLanes& out,
-                               PacketLanes& side, PacketLanes& far) {
-  for (std::size_t i = 0; i < packet_size; ++i) {
-    out[i] = interval_exit(p.z[i], p.dz[i], low.z, high.z);
-    side[i] = std::min(interval_exit(p.x[i], p.dx[i], low.x, high.x),
-                       interval_exit(p.y[i], p.dy[i], low.y, high.y));
-    far[i] = std::min(out[i], side[i]);
-  }
-}
-
-/// Walks the rays of a packet block by block. `step(packet, far, active)` traces one piece of each active ray
-/// and returns the rays that are finished.
-template <class Step>
-void walk_packet(const RaySceneState& s, RayPacket& p, std::uint32_t active, const Step& step) {
-  const V3f low(V3d(s.block.min.x, s.block.min.y, s.block.z_low));
-  const V3f high(V3d(s.block.max.x, s.block.max.y, s.block.z_high));
-  for (int piece = 0; piece < max_block_pieces && active != 0; ++piece) {
-    alignas(64) PacketLanes out;
-    alignas(64) PacketLanes side;
-    alignas(64) PacketLanes far;
-    leave_block(p, low, high, out, side, far);
-    active &= ~step(p, far, active);
-    for (std::uint32_t remaining = active; remaining != 0; remaining &= remaining - 1) {
-      const int i = std::countr_zero(remaining);
-      if (out[i] <= side[i] || std::isinf(side[i])) {
-        active &= ~(1U << i);
-        continue;
-      }
-      const auto move = [&](float origin, float direction, double period) {
-        return static_cast<float>(
-            wrap_to_period(static_cast<double>(origin) +
-                               static_cast<double>(direction) * wrap_fraction * static_cast<double>(side[i]),
-                           period));
-      };
-      p.x[i] = move(p.x[i], p.dx[i], s.block.period.x);
-      p.y[i] = move(p.y[i], p.dy[i], s.block.period.y);
-      p.z[i] += p.dz[i] * (static_cast<float>(wrap_fraction) * side[i]);
-    }
-  }
-}
-
-/// Fills unused lanes with the first ray: Embree reads all lanes.
-void set_lane(RayPacket& p, std::size_t i, const V3d& origin, const V3d& direction) {
-  p.x[i] = static_cast<float>(origin.x);
-  p.y[i] = static_cast<float>(origin.y);
-  p.z[i] = static_cast<float>(origin.z);
-  p.dx[i] = static_cast<float>(direction.x);
-  p.dy[i] = static_cast<float>(direction.y);
-  p.dz[i] = static_cast<float>(direction.z);
-}
-
-void set_rays(RTCRay16& rays, const RayPacket& p, const PacketLanes& far) {
-  std::ranges::copy(p.x, rays.org_x);
-  std::ranges::copy(p.y, rays.org_y);
-  std::ranges::copy(p.z, rays.org_z);
-  std::ranges::copy(p.dx, rays.dir_x);
-  std::ranges::copy(p.dy, rays.dir_y);
-  std::ranges::copy(p.dz, rays.dir_z);
-  std::ranges::copy(far, rays.tfar);
-  std::fill_n(rays.tnear, packet_size, 0.0F);
-  std::fill_n(rays.time, packet_size, 0.0F);
-  std::fill_n(rays.mask, packet_size, 0xffffffffU);
-  std::fill_n(rays.id, packet_size, 0U);
-  std::fill_n(rays.flags, packet_size, 0U);
-}
-
-struct alignas(64) Valid {
-  std::array<int, packet_size> lane;
-  explicit Valid(std::uint32_t active) {
-    for (std::size_t i = 0; i < packet_size; ++i) lane[i] = (active >> i & 1U) != 0 ? -1 : 0;
-  }
-};
-
-/// Coherent rays share one traversal of Embree's tree.
-RTCIntersectContext coherent_context() {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  return context;
-}
-
-std::uint32_t trace_packet(const RaySceneState& s, RayPacket& packet, std::uint32_t active,
-                           std::span<const V3d> directions, PointPacket& points) {
-  std::uint32_t met = 0;
-  walk_packet(s, packet, active, [&](const RayPacket& p, const PacketLanes& far, std::uint32_t lanes) {
-    RTCRayHit16 query;
-    set_rays(query.ray, p, far);
-    std::fill_n(query.hit.geomID, packet_size, RTC_INVALID_GEOMETRY_ID);
-    std::fill_n(query.hit.instID[0], packet_size, RTC_INVALID_GEOMETRY_ID);
-    RTCIntersectContext context = coherent_context();
-    const Valid valid(lanes);
-    rtcIntersect16(valid.lane.data(), s.scene, &context, &query);
-    std::uint32_t done = 0;
-    for (std::uint32_t remaining = lanes; remaining != 0; remaining &= remaining - 1) {
-      const int i = std::countr_zero(remaining);
-      if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
-      done |= 1U << i;
-      const V3d& direction = directions[directions.size() == 1 ? 0 : i];
-      const V3d position = V3d(p.x[i], p.y[i], p.z[i]) + direction * static_cast<double>(query.ray.tfar[i]);
-      points[i] =
-          point_from(s, position, direction, V3f(query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]),
-                     query.hit.geomID[i], query.hit.primID[i], query.hit.u[i], query.hit.v[i]);
-    }
-    met |= done;
-    return done;
-  });
-  return met;
-}
-
-/// As many rays as origins or directions; a single origin or direction is shared by all rays.
-std::uint32_t trace_rays(const RaySceneState& s, std::span<const V3d> origins,
-                         std::span<const V3d> directions, PointPacket& points) {
-  const std::size_t count = std::max(origins.size(), directions.size());
-  RayPacket packet{};
-  std::uint32_t active = 0;
-  for (std::size_t i = 0; i < packet_size; ++i) {
-    const std::size_t ray = i < count ? i : 0;
-    const V3d& direction = directions[directions.size() == 1 ? 0 : ray];
-    V3d origin = origins[origins.size() == 1 ? 0 : ray];
-    if (enter_slab(s.block, origin, direction) && i < count) active |= 1U << i;
-    origin.x = wrap_to_period(origin.x, s.block.period.x);
-    origin.y = wrap_to_period(origin.y, s.block.period.y);
-    set_lane(packet, i, origin, direction);
-  }
-  return trace_packet(s, packet, active, directions, points);
-}
-
-std::uint32_t occluded_packet(const RaySceneState& s, RayPacket& packet, std::uint32_t active) {
-  std::uint32_t blocked = 0;
-  walk_packet(s, packet, active, [&](const RayPacket& p, const PacketLanes& far, std::uint32_t lanes) {
-    RTCRay16 rays;
-    set_rays(rays, p, far);
-    RTCIntersectContext context = coherent_context();
-    const Valid valid(lanes);
-    rtcOccluded16(valid.lane.data(), s.scene, &context, &rays);
-    std::uint32_t done = 0;
-    for (std::size_t i = 0; i < packet_size; ++i) done |= (rays.tfar[i] < 0 ? 1U : 0U) << i;
-    done &= lanes;
-    blocked |= done;
-    return done;
-  });
-  return blocked;
 }
 
 /// Snaps coordinates on a wall to the same number in both cells, so that copies meet without gaps.
@@ -414,14 +257,6 @@ bool RayScene::trace(const V3d& origin, const V3d& direction, SurfacePoint& poin
   });
 }
 
-std::uint32_t RayScene::trace(std::span<const V3d> origins, const V3d& direction, PointPacket& points) const {
-  return trace_rays(*state_, origins, {&direction, 1}, points);
-}
-
-std::uint32_t RayScene::trace(const V3d& origin, std::span<const V3d> directions, PointPacket& points) const {
-  return trace_rays(*state_, {&origin, 1}, directions, points);
-}
-
 V3d RayScene::offset_origin(const SurfacePoint& point) const {
   return V3d(point.position) + V3d(point.face_normal) * state_->offset;
 }
@@ -443,44 +278,6 @@ bool RayScene::is_occluded(const SurfacePoint& point, const V3f& direction) cons
     rtcOccluded1(s.scene, &context, &ray);
     return ray.tfar < 0;
   });
-}
-
-OffsetOrigins RayScene::offset_origin(const PointPacket& points, std::uint32_t active) const {
-  const int first = std::countr_zero(active);
-  OffsetOrigins packet;
-  for (std::size_t i = 0; i < packet_size; ++i) {
-    V3d origin = offset_origin(points[(active >> i & 1U) != 0 ? i : first]);
-    const CellBlock& block = state_->block;
-    for (int k = 0; k < 2; ++k) {
-      // Where the mesh reaches beyond its cell.
-      if (origin[k] < block.min[k] || origin[k] > block.max[k])
-        origin[k] = wrap_to_period(origin[k], block.period[k]);
-    }
-    packet.x[i] = static_cast<float>(origin.x);
-    packet.y[i] = static_cast<float>(origin.y);
-    packet.z[i] = static_cast<float>(origin.z);
-  }
-  return packet;
-}
-
-std::uint32_t RayScene::is_occluded(const OffsetOrigins& points, const V3f& direction,
-                                    std::uint32_t active) const {
-  if (active == 0) return 0;
-  RayPacket packet{points.x, points.y, points.z, {}, {}, {}};
-  packet.dx.fill(direction.x);
-  packet.dy.fill(direction.y);
-  packet.dz.fill(direction.z);
-  return occluded_packet(*state_, packet, active);
-}
-
-std::uint32_t RayScene::is_occluded(const SurfacePoint& point, std::span<const V3f> directions,
-                                    std::uint32_t active) const {
-  if (active == 0) return 0;
-  const V3d origin = offset_origin(point);
-  RayPacket packet{};
-  for (std::size_t i = 0; i < packet_size; ++i)
-    set_lane(packet, i, origin, V3d(directions[i < directions.size() ? i : 0]));
-  return occluded_packet(*state_, packet, active);
 }
 
 Result<RayScene> RayScene::create(const CellMesh& mesh, const std::string& name) {

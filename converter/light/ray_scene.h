@@ -8,15 +8,9 @@
 // on average, and shaded as one. Of the rays that meet a hair, its fraction `passed` goes on as if it was not
 // there; which ones, is drawn from the ray and the hair. So opacity, light and shadow count a hair's cover
 // less what it lets pass, and a ray is always decided alike.
-//
-// Rays are traced singly or in packets of up to 16. Coherent packets (one direction from neighbouring points,
-// or neighbouring directions from one point) cost about a third.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <memory>
-#include <span>
 
 #include "converter/mesh/cell_mesh.h"
 
@@ -44,14 +38,6 @@ inline SurfacePoint other_side(SurfacePoint point) {
   return point;
 }
 
-inline constexpr std::size_t packet_size = 16;
-using PointPacket = std::array<SurfacePoint, packet_size>;
-
-/// Origins of rays that leave the points of a packet, computed once for many directions.
-struct OffsetOrigins {
-  alignas(64) std::array<float, packet_size> x, y, z;
-};
-
 struct RaySceneState;
 
 class RayScene {
@@ -70,18 +56,9 @@ class RayScene {
 
   /// Finds the first surface along the ray from `origin` (anywhere, mm) in unit `direction`; false: none.
   bool trace(const V3d& origin, const V3d& direction, SurfacePoint& point) const;
-  /// The same for up to 16 origins and one direction. Bit i of the result is set if ray i met points[i].
-  std::uint32_t trace(std::span<const V3d> origins, const V3d& direction, PointPacket& points) const;
-  /// The same for up to 16 directions from one origin.
-  std::uint32_t trace(const V3d& origin, std::span<const V3d> directions, PointPacket& points) const;
 
   /// Whether a ray from a surface point (offset along its face normal) in unit `direction` meets anything.
   bool is_occluded(const SurfacePoint& point, const V3f& direction) const;
-  /// The same for the points whose bit in `active` is set; other bits of the result are 0.
-  std::uint32_t is_occluded(const OffsetOrigins& points, const V3f& direction, std::uint32_t active) const;
-  /// The same for up to 16 directions from one point.
-  std::uint32_t is_occluded(const SurfacePoint& point, std::span<const V3f> directions,
-                            std::uint32_t active) const;
 
   /// The origin of a ray that leaves the surface at this point.
   V3d offset_origin(const SurfacePoint& point) const;
@@ -89,8 +66,6 @@ class RayScene {
   V3d offset_origin(const SurfacePoint& point, const V3d& direction) const {
     return offset_origin(direction.dot(V3d(point.face_normal)) < 0 ? other_side(point) : point);
   }
-  /// The same for the points whose bit in `active` is set (at least one); other lanes have no meaning.
-  OffsetOrigins offset_origin(const PointPacket& points, std::uint32_t active) const;
 
   /// Interpolates a value per vertex of the mesh. `Value` has the operations of a vector space.
   template <class Value>

@@ -10,7 +10,6 @@
 #include "format/fabric/directions.h"
 #include "format/fabric/light_sampler.h"
 #include "format/fabric/yarn_strands.h"
-#include "format/simd/wide.h"
 
 namespace selvedge {
 namespace {
@@ -209,42 +208,6 @@ V3d reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view) {
                                                             static_cast<double>(gloss.roughness))
                                         : 0;
   return body * body_of(surface, light, view) + V3d(static_cast<double>(gloss.weight) * shine);
-}
-
-void GlossPacket::set_lane(std::size_t lane, const YarnBrdf& surface, const V3d& view) {
-  const auto put = [&](const V3d& vector, Lanes& x, Lanes& y, Lanes& z) {
-    x[lane] = static_cast<float>(vector.x);
-    y[lane] = static_cast<float>(vector.y);
-    z[lane] = static_cast<float>(vector.z);
-  };
-  put(surface.fibre_direction, tx_, ty_, tz_);
-  put(surface.normal.cross(surface.fibre_direction), bx_, by_, bz_);
-  put(surface.normal, nx_, ny_, nz_);
-  const V3d v = local(surface, view);
-  put(v, vx_, vy_, vz_);
-  const double r = width_of(surface.gloss);
-  width_[lane] = static_cast<float>(r);
-  seen_[lane] = v.z > 0 ? static_cast<float>(smith_lambda(v, r)) : 0.0F;
-  weight_[lane] = v.z > 0 ? surface.gloss.weight : 0.0F;
-  lustre_[lane] = surface.gloss.lustre;
-}
-
-SELVEDGE_WIDE void GlossPacket::reflectance(const V3f& light, Lanes& body, Lanes& gloss) const {
-  for (std::size_t i = 0; i < packet_size; ++i) {
-    const float x = tx_[i] * light.x + ty_[i] * light.y + tz_[i] * light.z;
-    const float y = bx_[i] * light.x + by_[i] * light.y + bz_[i] * light.z;
-    const float z = nx_[i] * light.x + ny_[i] * light.y + nz_[i] * light.z;
-    const float r2 = width_[i] * width_[i];
-    const float hx = x + vx_[i];
-    const float hy = y + vy_[i];
-    const float hz = z + vz_[i];
-    const float q = (hx * hx / r2 + hy * hy + hz * hz) / (hx * hx + hy * hy + hz * hz);
-    const float lambda = (std::sqrt(1 + (r2 * x * x + y * y) / (z * z)) - 1) / 2;
-    const float f =
-        weight_[i] / (4 * static_cast<float>(pi) * width_[i] * q * q * (1 + lambda + seen_[i]) * z * vz_[i]);
-    gloss[i] = z > 0 && weight_[i] > 0 ? f : 0.0F;
-    body[i] = body_reflectance(x, vx_[i], lustre_[i]);
-  }
 }
 
 std::optional<BsdfSample> sample_bsdf(const YarnBrdf& surface, const V3d& view, const V2d& random) {

@@ -1,5 +1,5 @@
-// BRDF of yarn (format/fabric/yarn_reflectance.h) at points that rays meet, in packets, and importance
-// sampling of it.
+// BRDF of yarn (format/fabric/yarn_reflectance.h) at points that rays meet, and importance sampling
+// of it.
 //
 // The wall of a yarn or ply may let light through: of the diffuse part, the fraction `transmission` leaves on
 // the other side, Lambertian on both sides. A ply is then a hollow tube, and light crosses it by two walls
@@ -43,21 +43,6 @@ double incidence_cosine(const YarnBrdf& surface, const V3d& light);
 
 /// f in 1/sr, also of light that comes through; 0 if a direction lies below the surface.
 V3d reflectance(const YarnBrdf& surface, const V3d& light, const V3d& view);
-
-/// The gloss of up to 16 points, each with its own view, for one light at a time; in single precision.
-class GlossPacket {
- public:
-  using Lanes = std::array<float, packet_size>;
-  void set_lane(std::size_t lane, const YarnBrdf& surface, const V3d& view);
-  /// Evaluates the body of every lane, and the weight times gloss_reflectance(), which is 0 if light or view
-  /// lies below the surface; 1/sr.
-  void reflectance(const V3f& light, Lanes& body, Lanes& gloss) const;
-
- private:
-  // The fibre, the direction across and the normal, each over the lanes; the view in that frame.
-  alignas(64) Lanes tx_{}, ty_{}, tz_{}, bx_{}, by_{}, bz_{}, nx_{}, ny_{}, nz_{};
-  alignas(64) Lanes vx_{}, vy_{}, vz_{}, width_{}, seen_{}, weight_{}, lustre_{};
-};
 
 /// A sampled direction of light: the mean of `weight` times the radiance from there is the integral of f(l,
 /// v) l.n times radiance.

@@ -141,34 +141,6 @@ TEST_CASE("yarn with lustre reflects all light that matt yarn does, most of it a
   }
 }
 
-TEST_CASE("a packet has the gloss of single points") {
-  GlossPacket packet;
-  std::array<YarnBrdf, packet_size> surfaces;
-  std::array<V3d, packet_size> views;
-  for (std::size_t i = 0; i < packet_size; ++i) {
-    const auto k = static_cast<float>(i);
-    surfaces[i] = yarn(0.5, 0.1F + 0.05F * k, 0.05F + 0.05F * k, 0.05F * k);
-    views[i] = direction(surfaces[i], 0.05 + 0.05 * static_cast<double>(i), 0.4 * static_cast<double>(i));
-    if (i == 3) surfaces[i].gloss.weight = 0;
-    packet.set_lane(i, surfaces[i], views[i]);
-  }
-  for (std::uint32_t k = 0; k < 200; ++k) {
-    const V3f light(V3d(1, 0, 0) * (k == 0 ? 1.0 : 0.0) + cosine_direction({0, 0, 1}, sobol_point(k, 9)));
-    const V3f unit = light.normalized();
-    GlossPacket::Lanes body;
-    GlossPacket::Lanes gloss;
-    packet.reflectance(unit, body, gloss);
-    for (std::size_t i = 0; i < packet_size; ++i) {
-      const double dull = 0.5 * (1 - static_cast<double>(surfaces[i].gloss.weight));
-      const bool lit = V3d(unit).dot(surfaces[i].normal) > 0;
-      const double exact = lit ? reflectance(surfaces[i], V3d(unit), views[i]).x : 0;
-      const auto sum = lit ? static_cast<double>(body[i]) * dull + static_cast<double>(gloss[i]) : 0;
-      // Single precision; at a width of 0.05 the half vector's rounding counts 400 times, twice.
-      CHECK(sum == doctest::Approx(exact).epsilon(1e-3));
-    }
-  }
-}
-
 TEST_CASE("any power of two of spread points is spread over every elementary interval") {
   for (const std::uint64_t seed : {1ULL, 0x123456789abcdef0ULL}) {
     for (int k = 0; k <= 8; ++k) {
@@ -248,25 +220,19 @@ TEST_CASE("rays count the cover of hairs less what these pass, singly and in pac
       CAPTURE(passed);
       const auto scene = test::need(RayScene::create(square_with_hair(x, 0.1F, passed), "hair"));
       constexpr int side = 120;
-      int singly = 0;
-      int packed = 0;
+      int met = 0;
       int shadows = 0;
       for (int i = 0; i < side * side; ++i) {
         const int row = i / side;
         const V3d origin((i % side + 0.5) / side, (row + 0.5) / side, 2);
         SurfacePoint point;
         REQUIRE(scene.trace(origin, {0, 0, -1}, point));
-        singly += point.hair_point >= 0;
-        PointPacket points;
-        REQUIRE(scene.trace(std::span(&origin, 1), {0, 0, -1}, points) == 1);
-        packed += points[0].hair_point >= 0;
-        CHECK((points[0].hair_point >= 0) == (point.hair_point >= 0));
+        met += point.hair_point >= 0;
         SurfacePoint below{.position = V3f(V3d(origin.x, origin.y, 0))};
         shadows += scene.is_occluded(below, {0, 0, 1});
       }
       const double expected = 0.2 * (1 - static_cast<double>(passed)) * side * side;
-      CHECK(singly == doctest::Approx(expected).epsilon(0.05));
-      CHECK(packed == singly);
+      CHECK(met == doctest::Approx(expected).epsilon(0.05));
       CHECK(shadows == doctest::Approx(expected).epsilon(0.05));
     }
   }
