@@ -1,6 +1,10 @@
 // Fabrics for the tests, made of seeded random numbers.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 #include "format/base/random.h"
 #include "format/fabric/fabric.h"
 
@@ -8,6 +12,22 @@ namespace selvedge::test {
 
 inline float uniform(Random& random, double low, double high) {
   return static_cast<float>(low + (high - low) * random.uniform());
+}
+
+/// The unit vector at height z that is turned by an angle.
+inline V3f direction_at(double z, double angle) {
+  const double r = std::sqrt(std::max(0.0, 1 - z * z));
+  return V3f(V3d(r * std::cos(angle), r * std::sin(angle), z));
+}
+/// A random one between two heights.
+inline V3f random_direction(Random& random, double min_z, double max_z = 1) {
+  const double z = min_z + (max_z - min_z) * random.uniform();
+  return direction_at(z, 2 * std::numbers::pi * random.uniform());
+}
+
+/// A random number of eighths up to `max`.
+inline float eighths(Random& random, int max) {
+  return static_cast<float>(static_cast<int>(random.uniform() * (8 * max + 1))) / 8;
 }
 
 /// The paper's layers at every level, holes included; values are exact in the half precision of the file.
@@ -19,9 +39,6 @@ inline Fabric random_fabric(int width, int height, DirectionGrid views, int lobe
   fabric.views = views;
   fabric.provenance = R"({"test":true})";
   Random random(seed);
-  const auto eighths = [&](int most) {
-    return static_cast<float>(static_cast<int>(random.uniform() * (8 * most + 1))) / 8;
-  };
   for (int k = 0; k < level_count(width, height); ++k) {
     FabricLevel level;
     level.width = level_size(width, k);
@@ -46,8 +63,8 @@ inline Fabric random_fabric(int width, int height, DirectionGrid views, int lobe
       level.frame()[i] = {tilted ? V3f(0, 0.60009765625F, 0.7998046875F) : V3f(0, 0, 1), V3f(1, 0, 0)};
     }
     for (std::size_t i = 0; i < entries; ++i) {
-      level.view_table()[i] = V3f(eighths(2), eighths(2), eighths(2));
-      level.opacity()[i] = random.uniform() < 0.2 ? 0.0F : eighths(1);
+      level.view_table()[i] = V3f(eighths(random, 2), eighths(random, 2), eighths(random, 2));
+      level.opacity()[i] = random.uniform() < 0.2 ? 0.0F : eighths(random, 1);
     }
     fabric.levels.push_back(std::move(level));
   }
@@ -59,21 +76,19 @@ inline Fabric random_product_fabric(int width, int height, DirectionGrid views, 
                                     std::uint64_t seed) {
   Fabric fabric = random_fabric(width, height, views, lobes, seed);
   Random random(seed + 1);
-  const auto eighths = [&](int most) {
-    return static_cast<float>(static_cast<int>(random.uniform() * (8 * most + 1))) / 8;
-  };
   fabric.lights = {1, 3};
   ProductBases functions;
-  for (int i = 0; i < views.count(); ++i) functions.view.push_back(eighths(2) - 1);
-  for (int i = 0; i < 2 * 3; ++i) functions.light.emplace_back(eighths(1), eighths(1), eighths(2) - 1);
+  for (int i = 0; i < views.count(); ++i) functions.view.push_back(eighths(random, 2) - 1);
+  for (int i = 0; i < 2 * 3; ++i)
+    functions.light.emplace_back(eighths(random, 1), eighths(random, 1), eighths(random, 2) - 1);
   const auto bases = std::make_shared<const ProductBases>(std::move(functions));
   for (FabricLevel& level : fabric.levels) {
     level.add_layer(LayerKind::light, 9);
-    for (V3f& s : level.light_table()) s = V3f(eighths(1), eighths(1), eighths(1));
+    for (V3f& s : level.light_table()) s = V3f(eighths(random, 1), eighths(random, 1), eighths(random, 1));
     level.pairs = {{0, 0}, {1, 1}};
     if (&level != &fabric.levels.front()) level.pairs = {{1, 0}};
     level.add_layer(LayerKind::products, static_cast<int>(level.pairs.size()));
-    for (float& c : level.coefficients()) c = eighths(2) - 1;
+    for (float& c : level.coefficients()) c = eighths(random, 2) - 1;
     level.bases = bases;
   }
   return fabric;

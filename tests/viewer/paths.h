@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "format/scene/swatch.h"
 #include "tests/require.h"
 #include "tests/viewer/rays.h"
 #include "tests/viewer/shapes.h"
@@ -71,6 +72,20 @@ inline double decibels_to_rays(Setting setting) {
                1);
   MESSAGE("hybrid to rays: ", db, " dB");
   return db;
+}
+
+/// dB of a picture of a swatch against rays; `level`: of march().
+inline double swatch_decibels(const Fabric& fabric, const SwatchShot& shot, int level) {
+  const Scene scene = swatch_scene(V2d(fabric.period_mm), shot);
+  RenderOptions options;
+  options.context = ContextKind::osmesa;
+  options.width = shot.width;
+  options.height = shot.height;
+  options.layers = 1;
+  options.lights = shot.lights;
+  return decibels(
+      need(render(scene, {fabric}, shot.camera, options)),
+      march(scene, {&fabric, 1}, shot.camera, {shot.width, shot.height}, shot.lights, 0, 1, level), 1);
 }
 
 }  // namespace selvedge::test

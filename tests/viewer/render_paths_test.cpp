@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "format/fabric/yarns.h"
-#include "format/scene/swatch.h"
 #include "tests/format/fabrics.h"
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
@@ -51,21 +50,11 @@ Fabric arranged_crossings(const V2i& size, std::vector<std::uint16_t> shown) {
   return fabric;
 }
 
-/// dB of a picture of a swatch against rays, from `away` repeats beside.
+/// From `away` repeats beside.
 double decibels_of(const Fabric& fabric, SwatchView view, double away, int level) {
   SwatchShot shot = swatch_shot(view, V2d(fabric.period_mm), 96, 72);
   shot.camera.position += V3d(away, 0, 0) * static_cast<double>(fabric.period_mm.x) * 1e-3;
-  const Scene scene = swatch_scene(V2d(fabric.period_mm), shot);
-  RenderOptions options;
-  options.context = ContextKind::osmesa;
-  options.width = shot.width;
-  options.height = shot.height;
-  options.layers = 1;
-  options.lights = shot.lights;
-  const Frame frame = test::need(render(scene, {fabric}, shot.camera, options));
-  const Frame rays =
-      test::march(scene, {&fabric, 1}, shot.camera, {shot.width, shot.height}, shot.lights, 0, 1, level);
-  return test::decibels(frame, rays, 1);
+  return test::swatch_decibels(fabric, shot, level);
 }
 
 }  // namespace

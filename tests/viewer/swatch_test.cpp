@@ -117,17 +117,7 @@ TEST_CASE("a swatch from a place looks as the reference evaluation's picture of 
     fabric.period_mm = V2f(4, 5);
     for (const SwatchView view : all_swatch_views) {
       CAPTURE(name_of(view));
-      const V2d period(fabric.period_mm);
-      const SwatchShot shot = swatch_shot(view, period, 64, 48);
-      RenderOptions options;
-      options.width = shot.width;
-      options.height = shot.height;
-      options.layers = 1;
-      options.lights = shot.lights;
-      const Scene scene = swatch_scene(period, shot);
-      const Frame frame = test::need(render(scene, {fabric}, shot.camera, options));
-      const Frame expected = test::march(scene, {&fabric, 1}, shot.camera, {64, 48}, shot.lights);
-      const double db = test::decibels(frame, expected, 1);
+      const double db = test::swatch_decibels(fabric, swatch_shot(view, V2d(fabric.period_mm), 64, 48), -1);
       MESSAGE(name_of(view), ": ", db, " dB");
       // At a grazing angle pixels lie across the texels' rows.
       CHECK(db > (view == SwatchView::grazing ? 22 : 30));

@@ -167,16 +167,12 @@ TEST_CASE("parameters move what they name") {
   CHECK(weave.yarns[4].albedo == V3f(1, 0, 0));
 }
 
-TEST_CASE("parameters are refused by their name, and yarns that have no room") {
+TEST_CASE("yarns that have no room are refused by their parameters") {
   const auto place = [](const char* name, const StitchSettings& settings) {
     const Error error = test::error_of(find_stitch(name, settings));
     CHECK(error.code == Code::option_out_of_range);
     return error.place;
   };
-  CHECK(place("plain-knit", {{"gauge", {1}}}) == "--set gauge");
-  CHECK(place("plain-knit", {{"wale_mm", {0}}}) == "--set wale_mm");
-  CHECK(place("plain-knit", {{"wale_mm", {1, 2, 3}}}) == "--set wale_mm");
-  CHECK(place("plain-knit", {{"plies", {2.5}}}) == "--set plies");
   CHECK(place("plain-knit", {{"radius_mm", {1.5}}}) == "--set radius_mm");
   CHECK(place("basket", {{"warp_radius_mm", {0.6}}}) == "--set warp_radius_mm, weft_radius_mm");
   for (const V2d& size : {V2d(5, 6), V2d(2, 2), V2d(1e6, 3.8)})
@@ -287,11 +283,7 @@ TEST_CASE("a draft is known by its beginning, whatever its name is") {
   }
 }
 
-TEST_CASE("each kind of name gives its own refusal") {
-  CHECK(load_cell("cable").error().code == Code::stitch_unknown);
-  CHECK(load_cell("no_such.json").error().code == Code::stitch_unknown);
-  CHECK(load_cell("no_such.txt").error().code == Code::stitch_unknown);
-  CHECK(load_cell("no_such.ply").error().code == Code::file_missing);
+TEST_CASE("a file of another kind is refused with those that are read") {
   const test::Folder folder;
   REQUIRE(write_file(folder / "machine.k", ";!knitout-2"));
   CHECK(load_cell(folder / "machine.k").error().message ==

@@ -10,6 +10,7 @@
 #include "format/fabric/lifted.h"
 #include "format/fabric/yarn_sky.h"
 #include "tests/format/cells/shade_points.h"
+#include "tests/format/fabrics.h"
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
 
@@ -36,11 +37,12 @@ YarnData stranded(Random& random, bool hairs) {
   return data;
 }
 
-V3f upwards(Random& random, double lowest = 0.1) {
-  const double z = lowest + (1 - lowest) * random.uniform();
-  const double turn = 2 * std::numbers::pi * random.uniform();
-  const double r = std::sqrt(1 - z * z);
-  return V3f(V3d(r * std::cos(turn), r * std::sin(turn), z));
+CellImage image_of(const CellYarn& cell, const CellView& view) {
+  CellShadows shadows(cell);
+  CellScratch scratch;
+  CellImage image;
+  make_cell_image({&cell, &shadows}, view, scratch, image);
+  return image;
 }
 
 /// The finest piece of each segment: pieces are sorted, plies before hairs.
@@ -69,8 +71,9 @@ TEST_CASE("a point of an image is lit as Yarns lights it: strands, gloss, indire
   int of_hairs = 0;
   int apart = 0;
   for (int round = 0; round < 400; ++round) {
-    CellView view{.view = upwards(random),
-                  .lamps = {{upwards(random), V3f(1, 2, 3)}, {upwards(random), V3f(0.5F)}}};
+    CellView view{.view = test::random_direction(random, 0.1),
+                  .lamps = {{test::random_direction(random, 0.1), V3f(1, 2, 3)},
+                            {test::random_direction(random, 0.1), V3f(0.5F)}}};
     const bool behind = round % 2 == 1;
     if (behind) view.lamps[1].direction.z *= -1;
     std::vector<test::CellPoint> points;
@@ -130,7 +133,7 @@ TEST_CASE("the splatter sees what rays see, from everywhere, hairs and flat sect
     int apart = 0;
     int count = 0;
     for (int round = 0; round < 12; ++round) {
-      const V3f view = upwards(random, round < 2 ? 0.06 : 0.3);
+      const V3f view = test::random_direction(random, round < 2 ? 0.06 : 0.3);
       DepthGrid grid;
       grid.resize(90, 50, true);
       splat(cell, cell.pieces(0), {ray_slope(view), 0, true}, grid);
@@ -237,10 +240,7 @@ TEST_CASE("an image has the mean radiance and opacity of rays with shadows, what
     view.size = cell_size({example.pixel, example.pixel}, example.samples);
     view.shading_block_size = example.coarse ? 2 : 1;
     view.shadow_texels_per_pixel = 4;
-    CellShadows shadows(cell);
-    CellScratch scratch;
-    CellImage image;
-    make_cell_image({&cell, &shadows}, view, scratch, image);
+    const CellImage image = image_of(cell, view);
     V3d sum(0, 0, 0);
     double alpha = 0;
     const auto number = [](std::uint16_t bits) {
@@ -283,10 +283,7 @@ TEST_CASE("images of cells of 0.01 mm and 10 m, of grazing views and lights, and
       view.size = cell_size(pixel, 2);
       CHECK(view.size.repeat_samples.x <= max_cell_samples);
       CHECK(view.size.repeat_samples.y >= min_cell_texels);
-      CellShadows shadows(cell);
-      CellScratch scratch;
-      CellImage image;
-      make_cell_image({&cell, &shadows}, view, scratch, image);
+      const CellImage image = image_of(cell, view);
       CHECK(std::isfinite(image.radiance_scale));
       CHECK(image.texels.size() == 2 * image.plane_texels());
     }
@@ -353,10 +350,7 @@ TEST_CASE("a thousand fat curves in a cell are refused, and as many as may be ma
   const CellYarn cell(yarns, 1, {});
   CellView view{.lamps = {{V3f(0.9999F, 0.01F, 0.001F).normalized(), V3f(1)}},
                 .size = cell_size({1 / 64.0F, 1 / 64.0F}, 4)};
-  CellShadows shadows(cell);
-  CellScratch scratch;
-  CellImage image;
-  make_cell_image({&cell, &shadows}, view, scratch, image);
+  const CellImage image = image_of(cell, view);
   CHECK(std::isfinite(image.radiance_scale));
   for (const CellTexel& texel : image.texels) CHECK(texel[3] == image.texels[0][3]);
 }
@@ -370,7 +364,7 @@ TEST_CASE("lamps from nearly one direction share a grid, whose shadows move by a
   shadows.set_memory(max_bytes);
   const float relief = yarns.geometry().max_z - yarns.geometry().min_z;
   for (int i = 0; i < 100; ++i) {
-    const V3f direction = upwards(random, 0.02);
+    const V3f direction = test::random_direction(random, 0.02);
     const ShadowDetail detail{0.01F, 2, 0.25F, true};
     const auto shadow = shadows.cast(direction, detail);
     const V2f slope = shadow->slope;
@@ -379,7 +373,7 @@ TEST_CASE("lamps from nearly one direction share a grid, whose shadows move by a
     CHECK(std::abs(moved.x) <= 1.12F * detail.texel_width * std::sqrt(1 + slope.x * slope.x));
     CHECK(std::abs(moved.y) <= 1.12F * detail.texel_width * std::sqrt(1 + slope.y * slope.y));
     CellShadows others(cell);
-    others.cast(upwards(random, 0.02), detail);
+    others.cast(test::random_direction(random, 0.02), detail);
     const auto other = others.cast(direction, detail);
     DepthGrid whole;
     whole.resize(shadow->grid.size, false);
@@ -415,8 +409,8 @@ TEST_CASE("the grid of a window shades its points as a whole one does") {
   int same = 0;
   int count = 0;
   for (int i = 0; i < 50; ++i) {
-    const V3f direction = upwards(random, 0.2);
-    const V2f slope = ray_slope(upwards(random, 0.2));
+    const V3f direction = test::random_direction(random, 0.2);
+    const V2f slope = ray_slope(test::random_direction(random, 0.2));
     CellSize image{.repeat_samples = {64, 64}, .window_samples = {16, 16}};
     for (int axis = 0; axis < 2; ++axis) image.window_origin[axis] = static_cast<int>(random.uniform() * 64);
     const ShadowDetail detail{0.01F, 2, 0.25F, true};

@@ -48,12 +48,6 @@ struct Ellipses {
 
 V2d across_and_up(const V3d& p) { return {(p.x - p.y) * root, p.z}; }
 
-V3f upwards(Random& random, double max_z = 1) {
-  const double z = 0.05 + (max_z - 0.05) * random.uniform();
-  const double turn = 2 * std::numbers::pi * random.uniform();
-  return V3f(V3d(std::sqrt(1 - z * z) * std::cos(turn), std::sqrt(1 - z * z) * std::sin(turn), z));
-}
-
 }  // namespace
 
 TEST_CASE("rays meet the elliptic cylinder that a straight flat yarn is, and are hidden by it") {
@@ -69,7 +63,7 @@ TEST_CASE("rays meet the elliptic cylinder that a straight flat yarn is, and are
     int differ = 0;
     for (int i = 0; i < 4000; ++i) {
       const V2d uv(random.uniform() * 4, random.uniform() * 4);
-      const V3f view = upwards(random);
+      const V3f view = random_direction(random, 0.05);
       const V3d up = V3d(view).normalized();
       const V3d origin = V3d(uv.x * 2, -uv.y * 2, 0) + up * (2 / up.z);
       const auto way = truth.meet(across_and_up(origin), across_and_up(-up));
@@ -88,7 +82,7 @@ TEST_CASE("rays meet the elliptic cylinder that a straight flat yarn is, and are
       const V2d normal = V2d(at.x / (truth.a * truth.a), z / (truth.b * truth.b)).normalized();
       CHECK((across_and_up(V3d(point.normal)) - normal).length() < 1e-3);
       CHECK(std::abs(point.normal.dot(point.fibre)) < 1e-5F);
-      const V3f light = upwards(random, 0.3);
+      const V3f light = random_direction(random, 0.05, 0.3);
       if (!(point.normal.dot(light) > 0.02F)) continue;
       const bool shadow =
           truth.meet(at + normal * (truth.b / 64), across_and_up(V3d(light).normalized())).has_value();

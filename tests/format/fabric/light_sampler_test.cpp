@@ -23,11 +23,6 @@ constexpr int rows = 20;
 constexpr int columns = 36;
 constexpr double bin = 4 * pi / (rows * columns);
 
-V3f direction(double z, double angle) {
-  const double r = std::sqrt(std::max(0.0, 1 - z * z));
-  return V3f(V3d(r * std::cos(angle), r * std::sin(angle), z));
-}
-
 int bin_of(const V3f& light) {
   const double angle = std::atan2(light.y, light.x) / (2 * pi);
   const double row = (1 + static_cast<double>(light.z)) / 2 * rows;
@@ -49,7 +44,7 @@ Values mean_over_bin(const F& f, int row, int column) {
   for (int part = 0; part < parts * parts; ++part) {
     const double z = row + (part / parts + random.uniform()) / parts;
     const double angle = column + (part % parts + random.uniform()) / parts;
-    const Values at = f(direction(2 * z / rows - 1, 2 * pi * angle / columns));
+    const Values at = f(test::direction_at(2 * z / rows - 1, 2 * pi * angle / columns));
     for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += at[i] / (parts * parts);
   }
   return sum;
@@ -227,7 +222,7 @@ TEST_CASE("extreme numbers give finite weights, and black texels densities") {
   level.frame()[3] = {V3f(0, 0, 0), V3f(0, 0, 0)};
   int drawn = 0;
   for (const float z : {1.0F, 0.3F, 1e-3F, 1e-20F, 0.0F, -0.5F}) {
-    const V3f view = direction(static_cast<double>(z), 1);
+    const V3f view = test::direction_at(static_cast<double>(z), 1);
     for (int i = 0; i < 2000; ++i) {
       const V2d uv(random.uniform(), random.uniform());
       const LightSampler sampler(fabric, i % 3 * 0.5, uv, view);
@@ -242,7 +237,7 @@ TEST_CASE("extreme numbers give finite weights, and black texels densities") {
       drawn += s.pdf > 0 ? 1 : 0;
       if (z <= 0) REQUIRE(s.pdf == 0);
       // Wherever f is positive, so is the density.
-      const V3f light = direction(random.uniform(), 6.28 * random.uniform());
+      const V3f light = test::direction_at(random.uniform(), 6.28 * random.uniform());
       if (evaluate(fabric, i % 3 * 0.5, uv, light, view).radiance != V3f(0, 0, 0))
         REQUIRE(sampler.pdf(light) > 0);
     }
@@ -262,8 +257,8 @@ TEST_CASE("weights are bounded: no light has much more than the cloth reflects")
     const V2d uv(random.uniform(), random.uniform());
     const double a = random.uniform();
     const double b = random.uniform();
-    const LightSample s =
-        LightSampler(fabric, 0, uv, direction(z, 6.28 * random.uniform())).sample({a, b, random.uniform()});
+    const LightSample s = LightSampler(fabric, 0, uv, test::direction_at(z, 6.28 * random.uniform()))
+                              .sample({a, b, random.uniform()});
     // An albedo of 1 drawn by the floor alone would weigh 10.
     for (int c = 0; c < 3; ++c) CHECK(s.weight[c] < 10);
   }

@@ -15,12 +15,6 @@ using test::Folder;
 
 namespace {
 
-V3f random_direction(Random& random, float z) {
-  const float angle = test::uniform(random, 0, 6.2831853);
-  const float r = std::sqrt(1 - z * z);
-  return {r * std::cos(angle), r * std::sin(angle), z};
-}
-
 void check_equal(const FabricLevel& a, const FabricLevel& b) {
   for (const LayerKind kind : all_layers) CHECK(a[kind] == b[kind]);
   CHECK(a.pairs == b.pairs);
@@ -100,8 +94,8 @@ TEST_CASE("light from the other side is the light of the side through, mirrored"
   alone.sides = {};
   Random random(2);
   for (int i = 0; i < 200; ++i) {
-    const V3f light = random_direction(random, test::uniform(random, 0.05, 1));
-    const V3f view = random_direction(random, test::uniform(random, 0.05, 1));
+    const V3f light = test::random_direction(random, 0.05);
+    const V3f view = test::random_direction(random, 0.05);
     const V2d uv(random.uniform(), random.uniform());
     const double level = i % 4;
     const Shading below = evaluate(fabric, level, uv, mirrored(light), view);

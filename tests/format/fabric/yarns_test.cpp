@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "format/fabric/header.h"
+#include "tests/format/fabrics.h"
 #include "tests/format/yarn_data.h"
 #include "tests/require.h"
 
@@ -20,6 +21,15 @@ struct Entry {
   int segment = -1;
 };
 
+/// The ends of a segment of a curve, of which the first node has the number `first`.
+std::array<V3d, 2> ends_of(const YarnData& data, const V2f& period, const YarnCurve& curve, int first,
+                           int i) {
+  V3d end(data.nodes[first + (i + 1) % curve.nodes]);
+  if (i + 1 == curve.nodes)
+    end += V3d(curve.repeat_offset.x, curve.repeat_offset.y, 0) * V3d(period.x, period.y, 0);
+  return {V3d(data.nodes[first + i]), end};
+}
+
 /// The same by its definition, in double precision: every segment and its copies, one after the other.
 Entry first_entry(const YarnData& data, const V2f& period, const V3d& origin, const V3d& d, double length,
                   double from) {
@@ -29,10 +39,7 @@ Entry first_entry(const YarnData& data, const V2f& period, const V3d& origin, co
   for (const YarnCurve& curve : data.curves) {
     const auto r = static_cast<double>(curve.radius);
     for (int i = 0; i < curve.nodes; ++i) {
-      const V3d a(data.nodes[first + i]);
-      V3d b(data.nodes[first + (i + 1) % curve.nodes]);
-      if (i + 1 == curve.nodes)
-        b += V3d(curve.repeat_offset.x, curve.repeat_offset.y, 0) * V3d(period.x, period.y, 0);
+      const auto [a, b] = ends_of(data, period, curve, first, i);
       const V3d axis = (b - a).normalized();
       const V3d normal = d.cross(axis);
       const double reach = (b - a).length() + r;
@@ -70,10 +77,7 @@ bool is_inside(const YarnData& data, const V2f& period, const V3d& point) {
   int first = 0;
   for (const YarnCurve& curve : data.curves) {
     for (int i = 0; i < curve.nodes; ++i) {
-      const V3d a(data.nodes[first + i]);
-      V3d b(data.nodes[first + (i + 1) % curve.nodes]);
-      if (i + 1 == curve.nodes)
-        b += V3d(curve.repeat_offset.x, curve.repeat_offset.y, 0) * V3d(period.x, period.y, 0);
+      const auto [a, b] = ends_of(data, period, curve, first, i);
       const V3d axis = (b - a).normalized();
       for (int sx = -2; sx <= 2; ++sx) {
         for (int sy = -2; sy <= 2; ++sy) {
@@ -90,13 +94,6 @@ bool is_inside(const YarnData& data, const V2f& period, const V3d& point) {
     first += curve.nodes;
   }
   return false;
-}
-
-V3f upwards(Random& random, double min_z, double max_z = 1) {
-  const double z = min_z + (max_z - min_z) * random.uniform();
-  const double turn = 2 * std::numbers::pi * random.uniform();
-  const double r = std::sqrt(1 - z * z);
-  return V3f(V3d(r * std::cos(turn), r * std::sin(turn), z));
 }
 
 }  // namespace
@@ -141,7 +138,7 @@ TEST_CASE(
     for (int i = 0; i < rays / 3; ++i) {
       const V2d uv(random.uniform() * 6 - 3, random.uniform() * 6 - 3);
       const bool grazes = i % 32 < 2;
-      const V3f view = grazes ? upwards(random, 0.001, 0.002) : upwards(random, 0.06);
+      const V3f view = grazes ? random_direction(random, 0.001, 0.002) : random_direction(random, 0.06);
       V3d up(view);
       up.z = std::max(up.z, 1.0 / 32);
       up.normalize();
@@ -164,7 +161,7 @@ TEST_CASE(
 
       const YarnPoint point = yarns.point_at(*hit);
       CHECK(std::isfinite(yarns.shade(uv, plane, view, view).radiance.length2()));
-      const V3f light = upwards(random, 0.06);
+      const V3f light = random_direction(random, 0.06);
       if (!(point.normal.dot(light) > 0)) continue;
       const V3d start =
           V3d(data.nodes[hit->segment]) + V3d(hit->start_offset) + V3d(point.normal) * (radius / 64);
