@@ -278,7 +278,7 @@ void make_preview(MakeCommand command) {
                               options.write));
 }
 
-/// Makes a fabric from that of --recolour: the yarn rests and is lit anew where it is another.
+/// Makes a fabric from the one of --recolour: the yarn rests and is lit anew where it is another.
 void make_edited(MakeCommand command) {
   const std::optional<Fabric> last = last_fabric(command);
   if (!last) throw Failure{{Code::option_out_of_range, command.recolour_path, {}, "has not all yarn"}};

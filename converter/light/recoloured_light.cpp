@@ -18,8 +18,8 @@ constexpr float spacing_radii = 1;
 constexpr int nodes_of_one = 4;
 constexpr int sweeps = 32;
 constexpr float max_growth = 2;
-constexpr float of_darker = 2;
-constexpr float least = 1e-9F;
+constexpr float penalty_of_growth = 2;  ///< in the choice of the nearest colour
+constexpr float min_light = 1e-9F;
 
 /// Three colours before, and after.
 using Values = std::array<float, 8>;
@@ -59,7 +59,7 @@ YarnData whole_yarns(const YarnData& data) {
   return whole;
 }
 
-/// What stations meet of each other's light.
+/// Light of the sky that stations send to each other.
 class WholeYarnLight {
  public:
   WholeYarnLight(const Yarns& yarns, std::vector<Scattering> scattering)
@@ -89,7 +89,7 @@ class WholeYarnLight {
     for (auto& sky : sky_)
       for (std::size_t s = 0; s < sky.size(); ++s) sky[s] /= area_[s];
   }
-  /// What each station sends on, but for the light of the sky above that it reflects itself.
+  /// Light that each station sends on, without the reflection of the sky above itself.
   std::vector<Values> sent_of_sky(bool below) const {
     const std::vector<float>& sky = sky_[below ? 1 : 0];
     std::vector<Values> light(curve_.size());
@@ -125,9 +125,9 @@ class WholeYarnLight {
   std::vector<Link> links_;
 };
 
-/// Makes light of stations that of three colours after from that before: of the colour that was nearest to
-/// each, and no more than grows little, with the mean of all light for the rest, since light that is dark
-/// beside others is rounded coarsely.
+/// Scales the light of stations from three colours before to three after. Each takes the light of the colour
+/// that was nearest to it, which grows by max_growth at most, and the mean of all light for the rest: light
+/// that is dark beside others is rounded coarsely.
 void scale_light(const std::vector<Values>& seen, std::vector<float>& light) {
   const std::vector<float> old = light;
   // The mean of all light by what it is about.
@@ -140,14 +140,14 @@ void scale_light(const std::vector<Values>& seen, std::vector<float>& light) {
   }
   for (std::size_t s = 0; s < seen.size(); ++s)
     for (int c = 0; c < 3; ++c) {
-      const float after = std::max(seen[s][3 + c], least);
+      const float after = std::max(seen[s][3 + c], min_light);
       const auto away = [&](int other) {
-        const float growth = std::log(after / std::max(seen[s][other], least));
-        return growth > 0 ? of_darker * growth : -growth;
+        const float growth = std::log(after / std::max(seen[s][other], min_light));
+        return growth > 0 ? penalty_of_growth * growth : -growth;
       };
       const int from =
           std::min({c, (c + 1) % 3, (c + 2) % 3}, [&](int i, int k) { return away(i) < away(k); });
-      const float growth = std::min(after / std::max(seen[s][from], least), max_growth);
+      const float growth = std::min(after / std::max(seen[s][from], min_light), max_growth);
       const float rest = after - growth * seen[s][from];
       float* const to = &light[s * light_values_per_station + c];
       for (int v = 0; v < transfer_values_per_station; v += 3)

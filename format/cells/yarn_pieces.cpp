@@ -178,6 +178,24 @@ void add_runs(const Yarns& yarns, std::span<const int> numbers, YarnPieces& piec
   }
 }
 
+/// Gives segments their numbers and strands.
+void add_numbers(const Yarns& yarns, YarnPieces& pieces) {
+  for (std::vector<float>& values : pieces.numbers) values.reserve(pieces.segments.size() + padding);
+  pieces.strands.reserve(pieces.segments.size());
+  for (const Yarns::Segment& s : pieces.segments) {
+    const V3f axis = squeezed(s.along, s.squeeze);
+    const float length = axis.length();
+    const std::array<float, YarnPieces::field_count> numbers{
+        s.start.x,       s.start.y,       s.start.z,       s.along.x,        s.along.y,        s.along.z,
+        axis.x / length, axis.y / length, axis.z / length, length,           joint_of(s),      s.radius,
+        s.squeeze.x,     s.squeeze.y,     s.squeeze.z,     s.hair_threshold, s.bounding_radius};
+    for (std::size_t k = 0; k < numbers.size(); ++k) pieces.numbers[k].push_back(numbers[k]);
+    pieces.strands.push_back(
+        strands_of(yarns.data().curves[s.curve], yarns.geometry().strand_sense[s.curve], s));
+  }
+  for (std::vector<float>& values : pieces.numbers) values.resize(pieces.segments.size() + padding);
+}
+
 /// Pieces as long as so many segments of mean length `step`, of each curve as many of its own as fit, but
 /// shorter in bends.
 YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
@@ -255,19 +273,7 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
     pieces.widest_hair_radius = std::max(pieces.widest_hair_radius, s.bounding_radius);
     pieces.min_hair_bound = std::min(pieces.min_hair_bound, s.bounding_radius);
   }
-  for (std::vector<float>& values : pieces.numbers) values.reserve(pieces.segments.size() + padding);
-  pieces.strands.reserve(pieces.segments.size());
-  for (const Yarns::Segment& s : pieces.segments) {
-    const V3f axis = squeezed(s.along, s.squeeze);
-    const float length = axis.length();
-    const std::array<float, YarnPieces::field_count> numbers{
-        s.start.x,       s.start.y,       s.start.z,       s.along.x,        s.along.y,        s.along.z,
-        axis.x / length, axis.y / length, axis.z / length, length,           joint_of(s),      s.radius,
-        s.squeeze.x,     s.squeeze.y,     s.squeeze.z,     s.hair_threshold, s.bounding_radius};
-    for (std::size_t k = 0; k < numbers.size(); ++k) pieces.numbers[k].push_back(numbers[k]);
-    pieces.strands.push_back(strands_of(data.curves[s.curve], inside.strand_sense[s.curve], s));
-  }
-  for (std::vector<float>& values : pieces.numbers) values.resize(pieces.segments.size() + padding);
+  add_numbers(yarns, pieces);
   add_runs(yarns, stitches, pieces);
   return pieces;
 }

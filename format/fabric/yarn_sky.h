@@ -11,7 +11,7 @@ namespace selvedge {
 
 /// Fraction of a direction's light that reaches the surface of the yarn at a point.
 using LightAtPoint = std::function<float(const StationPoint& point)>;
-/// What a unit direction's light reaches.
+/// Casts the light of a unit direction.
 using LightCaster = std::function<LightAtPoint(const V3f& light)>;
 
 /// For the yarn's stations and angles, factors of the functions of the light:

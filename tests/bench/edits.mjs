@@ -14,7 +14,7 @@ import { read_picture } from '../web/read_picture.mjs';
 
 const [programs, file, chart, ...edits] = process.argv.slice(2), module = new WebAssembly.Module(readFileSync(file)), shapes = new Map();
 const folder = mkdtempSync(join(tmpdir(), 'edits-')), name = basename(chart), text = readFileSync(chart, 'utf8');
-/** The fabric of a text, and CPU seconds; from that of `last` as the page has it. */
+/** The fabric of a text, and CPU seconds; from the fabric of `last` as the page has it. */
 function make(text, entry, shapes, last) {
   const files = new Map([[name, Buffer.from(text)]]), said = { out: '', err: '' }, begin = process.cpuUsage();
   if (last) files.set('last.exr', last);

@@ -231,8 +231,7 @@ void CellStore::begin(const CellFrame& frame) {
     for (ClothSide* side : {cloth.front.get(), cloth.back.get()}) {
       if (side == nullptr || !side->yarn) continue;
       side->shadows->set_memory(options_.memory_bytes / 8 / cloths_->size());
-      // Light of lamps alone needs none.
-      if (lights_.smooth_light == nullptr || !side->sky.empty()) continue;
+      if (lights_.smooth_light == nullptr || !side->sky.empty()) continue;  // lamps need none
       side->sky = sky_transfer(side->yarn->yarns(),
                                side->yarn->has_large_cell() ? side->shadows->sky_caster() : LightCaster());
       side->yarn->set_sky_transfer(side->sky);
