@@ -216,8 +216,8 @@ TEST_CASE("scale and up axis turn the file's frame into the cell's") {
   const CellMesh mesh = read_text("up.obj", "v 0.001 0.002 0.003\nv 0 0 1\nv 1 0 0\nf 1 2 3\n", options);
   CHECK((mesh.positions[0] - V3f(1, -3, 2)).length() < 1e-6F);
   CHECK(mesh.albedo[2] == V3f(0.1F, 0.2F, 0.3F));
-  const CellMesh along_x = read_text("x.obj", "v 1 2 3\nv 1 3 3\nv 1 2 4\nf 1 2 3\n",
-                                     {.period = V2d(2, 2), .up_axis = UpAxis::x});
+  const CellMesh along_x =
+      read_text("x.obj", "v 1 2 3\nv 1 3 3\nv 1 2 4\nf 1 2 3\n", {.period = V2d(2, 2), .up_axis = UpAxis::x});
   CHECK(along_x.positions[0] == V3f(2, 3, 1));
   CHECK(along_x.normals[0] == V3f(0, 0, 1));
 }
