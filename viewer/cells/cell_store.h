@@ -204,6 +204,7 @@ class CellStore {
   LevelOptions levels_;
   const DrawOptions* interrupts_ = nullptr;  ///< DrawOptions::is_interrupted()
   CellLights lights_;
+  float samples_of_large_ = 1;      ///< factor on samples of large cells along a pixel's side
   bool is_economical_ = false;      ///< CellFrame::is_economical
   std::vector<std::uint8_t> late_;  ///< by patch and side
   std::uint64_t call_ = 0;          ///< of make()
