@@ -50,8 +50,9 @@ constexpr std::array<Rays, 2> many_on_coarse_patches{{{4, 2.4F}, {4, 3.2F}}};
 
 /// Rays of pixels through whose holes something else shows, where 2 x 2 do for the others.
 constexpr Rays hole_rays{max_supersample, 2};
-/// They may take as long as all others together: worth it where 0.42 of the squares of errors go.
-constexpr double min_gain_db = 2.4;
+/// They may take as long as all others together: what they gain has to be so much more than what the picture
+/// has to spare.
+constexpr double min_gain_db = 1;
 
 double decibels(double mean_square) { return -10 * std::log10(std::max(mean_square, 1e-20)); }
 
@@ -416,7 +417,8 @@ std::vector<AccuratePicture> draw_accurate(Drawer& drawer, double wanted, const 
     if (probes[i].has_errors()) {
       const std::vector<std::uint8_t> holes = find_holes(frames[i], drawer.display());
       const double without = holes.empty() ? 0 : probes[i].accuracy_without(holes);
-      if (without > pictures[i].accuracy_db + min_gain_db) {
+      const double to_spare = pictures[i].accuracy_db - wanted;
+      if (without > pictures[i].accuracy_db + to_spare + min_gain_db) {
         pictures[i].accuracy_db = without;
         drawer.draw_again(hole_rays, holes, tints.subspan(i, 1), frames[i]);
       }

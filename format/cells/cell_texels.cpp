@@ -255,11 +255,12 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
   }
   // A sample shows the texel in which its middle lies. Rows of samples rise, texels' fall.
   const V2i size = view.size.rendered_samples();
-  const V2i origin = map != nullptr ? view.size.unwrapped_origin() : V2i(0, 0);
+  const V2i origin = map != nullptr ? view.size.unwrapped_origin() : view.size.window_origin;
   const auto texel_at = [&](int sample, int axis) {
     const int halves = 2 * view.size.repeat_samples[axis];
     const int twice = (2 * (origin[axis] + sample) + 1) * shown.repeat[axis] - shown.first[axis] * halves;
-    return std::min(twice / halves, shown.count[axis] - 1);
+    return map != nullptr ? std::min(twice / halves, shown.count[axis] - 1)
+                          : twice / halves % shown.count[axis];
   };
   Group* to = samples.data();
   for (int y = 0; y < size.y; ++y) {

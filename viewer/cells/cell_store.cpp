@@ -122,6 +122,7 @@ struct CellStore::Wanted : Purpose {
   const Fabric* fabric = nullptr;
   V2f period{1, 1};  ///< mm, of what an image repeats
   bool shows_map = false;
+  bool seen_through_holes = false;
   V2i first_stitch{0, 0};             ///< CellSize::first_stitch
   float margin = part_margin_pixels;  ///< pixels
   /// The yarn's; null where it does not vary.
@@ -253,7 +254,7 @@ void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
   const V2f finest = wanted.pixel_width_texels * std::min(levels_.footprint_pixels, 1.0F);
   CellLevels& levels = wanted.view.levels = shown_levels(*wanted.fabric, finest, levels_.forced_level);
   if (levels.yarn_weight > 0) {
-    if (wanted.source.yarn->has_large_cell()) samples *= samples_of_large_;
+    if (wanted.source.yarn->has_large_cell() && !wanted.seen_through_holes) samples *= samples_of_large_;
     wanted.view.size =
         cell_size(shown * larger, samples, wanted.shows_map ? options_.max_tile_samples : max_cell_samples);
   } else {
@@ -262,7 +263,7 @@ void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
   }
   wanted.view.size.shows_map = wanted.shows_map;
   wanted.view.size.first_stitch = wanted.first_stitch;
-  if (wanted.parts != whole_repeat && (levels.yarn_weight == 1 || wanted.shows_map))
+  if (wanted.parts != whole_repeat && (levels.yarn_weight > 0 || wanted.shows_map))
     set_window(wanted.parts, wanted.margin, wanted.view.size);
 }
 
@@ -294,8 +295,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   Wanted result;
   const int fabric = set_pixel(result, need.patch);
   result.parts &= need.parts;
-  if (need.parts != whole_repeat && is_made(need.patch)) result.parts |= kept_[need.patch]->parts;
-
+  result.seen_through_holes = behind;
   const V3f to_viewer = camera_->projection == Projection::parallel
                             ? V3f(camera_->to_viewer)
                             : V3f((camera_->position - origin_ - V3d(patch.mean_position)).normalized());
@@ -346,7 +346,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   result.brightness =
       lights_.brightness(normal, patch.mean_position, around, (*cloths_)[fabric].transmitted_fraction) +
       lifted;
-  result.view.has_hairs = !behind || options_.has_hairs_behind;
+  result.view.has_hairs = !behind;
   result.view.hair_shadows = options_.hair_shadows;
   result.view.shadow_texels_per_pixel = options_.shadow_texels_per_pixel;
   result.view.rays_per_pixel_side = options_.rays_per_pixel_side;

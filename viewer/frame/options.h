@@ -67,7 +67,6 @@ struct CellImageOptions {
   float max_patch_rays_per_side = 16;  ///< along a pixel's side: more make patches no finer
   int max_tile_samples = 1 << 15;      ///< along a tile of a map, of which an image has a window
   PatchLimits patches;
-  bool has_hairs_behind = true;  ///< also on what only shows behind other surfaces
   // As in CellView.
   bool hair_shadows = true;
   int shading_block_size = 1;
@@ -108,7 +107,6 @@ inline constexpr CellImageOptions moving_cell_images{
                 .max_outline_pixels = 16,
                 .max_offset_pixels = 7,
                 .max_offset_area = 40},
-    .has_hairs_behind = false,
     .hair_shadows = false,
     .shading_block_size = 2,
     .shadow_texels_per_pixel = 1,
