@@ -82,21 +82,21 @@ void FrameRenderer::resize(const FrameSize& size) {
 }
 
 FrameScene FrameRenderer::begin(const FrameView& view, const ProjectedVertices& projected) {
-  FrameScene scene{scene_, view, projected, {}, cells_, kind_ == RenderPath::paper};
-  scene.shadows = view.shadows;
-  cells_.begin(view, !scene.is_paper, bands_.supersample, scene.shadows, projected);
-  return scene;
+  const bool is_paper = kind_ == RenderPath::paper;
+  cells_.begin(view, !is_paper, bands_.supersample, projected);
+  return {scene_, view, projected, cells_, is_paper};
 }
 
 /// Draws the first round of both sides of the cloth.
 void FrameRenderer::draw_nearest(TriangleLists lists, int first_row, int rows,
                                  std::array<DrawnSide, 2>& sides, Stopwatch& watch, RenderStats& stats) {
-  sides[0].triangle_list = std::move(lists.front);
-  sides[1].triangle_list = std::move(lists.back);
-  for (int side = 0; side < 2; ++side) pass_.draw(side, 0, first_row, sides[side].triangle_list);
+  for (int side = 0; side < 2; ++side) {
+    sides[side].triangle_list = std::move(lists[side]);
+    pass_.draw(side, 0, first_row, sides[side].triangle_list);
+  }
   pass_.finish();
   watch.add_lap(stats.geometry_seconds);
-  for (int side = 0; side < 2; ++side) pass_.read(side, 0, rows, sides[side].visible);
+  for (int side = 0; side < 2; ++side) pass_.read(side, 0, rows, sides[side]);
   watch.add_lap(stats.read_back_seconds);
 }
 
@@ -110,7 +110,7 @@ void FrameRenderer::draw_behind(int first_row, int rows, std::array<DrawnSide, 2
       pass_.draw(side, round, first_row, drawn.triangle_list);
       pass_.finish();
       watch.add_lap(stats.geometry_seconds);
-      pass_.read(side, round, rows, drawn.visible);
+      pass_.read(side, round, rows, drawn);
       watch.add_lap(stats.read_back_seconds);
       deep.add_depth_layer(side, round, drawn);
     }
@@ -123,17 +123,13 @@ void FrameRenderer::shade(const FrameScene& scene, int first_row, Band& band, st
   Stopwatch watch;
   const BandPixels pixels = pixels_of(bands_, first_row, frames, band.large);
   DeepPixels deep;
-  LayerCount seen = shade_band(scene, cells_, band.surfaces, layers_, pixels, deep);
+  stats += shade_band(scene, cells_, band.surfaces, layers_, pixels, deep);
   if (!deep.empty()) {
     watch.add_lap(stats.evaluation_seconds);
     draw_behind(first_row, pixels.rows, band.surfaces.sides, deep, watch, stats);
-    seen += shade_deep_pixels(scene, cells_, deep, layers_, pixels);
+    stats += shade_deep_pixels(scene, cells_, deep, layers_, pixels);
   }
   watch.add_lap(stats.evaluation_seconds);
-  stats.covered_pixels += seen.covered_pixels;
-  stats.evaluated_pixels += seen.evaluated_pixels;
-  stats.cloth_pixels += seen.cloth_pixels;
-  stats.layers = std::max(stats.layers, seen.layers);
   filter_band(bands_, first_row, band.large, frames);
   watch.add_lap(stats.filter_seconds);
 }
@@ -165,8 +161,8 @@ void FrameRenderer::draw(const FrameView& view, std::span<Frame> frames, RenderS
     watch = {};
     band.surfaces.is_cpu_raster = casts;
     if (casts) {
-      band.surfaces.sides[0].triangle_list = std::move(lists[i].front);
-      band.surfaces.sides[1].triangle_list = std::move(lists[i].back);
+      for (std::size_t side = 0; side < 2; ++side)
+        band.surfaces.sides[side].triangle_list = std::move(lists[i][side]);
       band.surfaces.draw_band(scene, first_row, rows);
       watch.add_lap(stats.geometry_seconds);
     } else {
@@ -189,13 +185,6 @@ void FrameRenderer::draw(const FrameView& view, std::span<Frame> frames, RenderS
           fmt::format("cell images are coarser than wanted: these take {:.0f} MiB, --image-memory is {}",
                       std::ceil(memory.wanted_bytes / (1 << 20)), view.options.cells.memory_bytes >> 20));
   }
-}
-
-/// The nearest surface at pixel `i` of a band, from the first round; nothing if the pixel is empty.
-std::optional<TriangleSide> nearest_surface(const std::array<DrawnSide, 2>& sides, std::size_t i) {
-  const std::size_t side = sides[1].visible.depth[i] < sides[0].visible.depth[i] ? 1 : 0;
-  if (!(sides[side].visible.depth[i] < 1)) return std::nullopt;
-  return static_cast<TriangleSide>(2 * sides[side].triangle_list[sides[side].visible.triangles[i]] + side);
 }
 
 /// `pixel`: from the lower left. Its cell image has been made.
@@ -250,12 +239,13 @@ std::optional<PixelProbe> FrameRenderer::probe_surface(const FrameView& view, co
   std::vector<TriangleLists> lists =
       list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
   draw_nearest(std::move(lists[row / bands_.rows]), row, 1, sides, watch, unwanted);
-  const std::optional<TriangleSide> seen = nearest_surface(sides, pixel.x);
-  if (!seen) return std::nullopt;
+  const std::size_t side = sides[1].depth[pixel.x] < sides[0].depth[pixel.x] ? 1 : 0;
+  if (!(sides[side].depth[pixel.x] < 1)) return std::nullopt;
+  const TriangleSide seen = sides[side].surface_at(pixel.x, side);
   const FrameScene scene = begin(view, projected);
-  if (cells_.shows(*seen)) cells_.mark_visible(*seen, pixel.x, row);
+  if (cells_.shows(seen)) cells_.mark_visible(seen, pixel.x, row);
   cells_.render();
-  return probe_pixel(scene, *seen, V2i(pixel.x, row), sides[*seen % 2].pbr_at(pixel.x));
+  return probe_pixel(scene, seen, V2i(pixel.x, row), sides[side].pbr_at(pixel.x));
 }
 
 namespace {

@@ -24,7 +24,7 @@ class FrameOf {
   FrameOf(const FrameOf&) = delete;
   FrameOf& operator=(const FrameOf&) = delete;
 
-  FrameScene scene() const { return {prepared_, view_, projected_, {}, cells_}; }
+  FrameScene scene() const { return {prepared_, view_, projected_, cells_}; }
   const MergedSurfaces& mesh() const { return prepared_.mesh; }
 
   /// body(surface, x, y) of every `step`th pixel that a ray sees, counted from the lower left.

@@ -312,8 +312,8 @@ Frame march(const Scene& scene, std::span<const Fabric> fabrics, const Camera& c
       project(garment.mesh, clip_matrix(camera, garment.origin), rays.x, rays.y);
   const TriangleLists lists = list_bands(garment.mesh, projected, garment.materials.surfaces, rays.y)[0];
   std::array<Raster, 2> sides;
-  sides[0].begin(garment.mesh, projected, lists.front, false, 0, rays.y);
-  sides[1].begin(garment.mesh, projected, lists.back, true, 0, rays.y);
+  sides[0].begin(garment.mesh, projected, lists[0], false, 0, rays.y);
+  sides[1].begin(garment.mesh, projected, lists[1], true, 0, rays.y);
   Frame frame{size.x, size.y, std::vector<V4f>(std::size_t{1} * size.x * size.y, V4f(0))};
   parallel_for(0, (rays.y + Raster::strip_rows - 1) / Raster::strip_rows, [&](int strip) {
     const int first = strip * Raster::strip_rows;

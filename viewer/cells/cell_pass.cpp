@@ -58,10 +58,7 @@ CellPass::CellPass(const PreparedScene& scene)
     if (store_.patches().place(static_cast<std::uint32_t>(i)).chart < 0) continue;
     const std::uint32_t surface = mesh.triangles[i].surface;
     const SurfaceMaterial& m = scene.materials.surfaces[surface];
-    const std::vector<PbrMaterial>& pbr = scene.materials.pbr;
-    const bool emits = surface < pbr.size() && pbr[surface].emissive != V3f(0, 0, 0);
-    kinds_[i] =
-        m.is_tinted || m.has_normal_texture || m.has_occlusion_texture || emits ? Kind::changed : Kind::plain;
+    kinds_[i] = m.is_modified() || scene.materials.emits(surface) ? Kind::changed : Kind::plain;
     for (const std::uint32_t corner : mesh.triangles[i].corners)
       transmitted_[corner] = store_.transmitted_fraction(m.fabric);
   }
@@ -90,19 +87,19 @@ void CellPass::update_shape() {
   parallel_each(outline_rises_.size(), chunk, [&](std::size_t i) { outline_rises_[i] = outline_rise(i); });
 }
 
-void CellPass::begin(const FrameView& view, bool shows, int supersample, std::span<const ShadowMap> shadows,
-                     const ProjectedVertices& projected) {
+void CellPass::begin(const FrameView& view, bool shows, int supersample, const ProjectedVertices& projected) {
   active_ = shows && !store_.patches().empty();
   if (!active_) return;
   // Images that later frames show again are whole, and small ones are not worth the search for parts.
   has_parts_ = view.options.blocks != nullptr || (!view.options.cells.is_moving && store_.has_large_cells());
   if (has_parts_) seen_parts_.resize(seen_patches_.size());
-  lights_ = {view.options.lights, shadows, view.options.smooth_light ? &*view.options.smooth_light : nullptr,
-             view.vertex_lights, scene_.origin};
+  lights_ = {view.options.lights, view.shadows,
+             view.options.smooth_light ? &*view.options.smooth_light : nullptr, view.vertex_lights,
+             scene_.origin};
   projected_ = &projected;
   camera_ = &view.camera;
   mapped_ = 0;
-  for (const ShadowMap& map : shadows) mapped_ |= bit_of(map.view.light);
+  for (const ShadowMap& map : view.shadows) mapped_ |= bit_of(map.view.light);
   nearest_ = view.options.levels.forced_level >= 0;
   middle_x_ = 0.5F * static_cast<float>(projected.width) - 0.5F;
   middle_y_ = 0.5F * static_cast<float>(projected.height) - 0.5F;

@@ -36,8 +36,7 @@ class CellPass {
   void update_shape();
 
   /// Begins a frame. The arguments must outlive it. `shows`: whether it shows cell images.
-  void begin(const FrameView& view, bool shows, int supersample, std::span<const ShadowMap> shadows,
-             const ProjectedVertices& projected);
+  void begin(const FrameView& view, bool shows, int supersample, const ProjectedVertices& projected);
   /// Whether a triangle has cell images in this frame.
   bool shows(TriangleSide surface) const { return active_ && kinds_[surface / 2] != Kind::none; }
   /// Whether shows() holds, and neither the material nor a nearby light modifies the images.

@@ -160,9 +160,24 @@ struct DrawOptions {
   const FrameBlocks* blocks = nullptr;
 };
 
+/// Statistics of surfaces that are shaded.
+struct LayerCount {
+  std::int64_t covered_pixels = 0;    ///< of the nearest layer, in the supersampled frame
+  std::int64_t evaluated_pixels = 0;  ///< over all layers
+  std::int64_t cloth_pixels = 0;      ///< of these, with fabric that is not clear
+  int layers = 0;                     ///< largest number in one pixel
+  LayerCount& operator+=(const LayerCount& b) {
+    covered_pixels += b.covered_pixels;
+    evaluated_pixels += b.evaluated_pixels;
+    cloth_pixels += b.cloth_pixels;
+    layers = std::max(layers, b.layers);
+    return *this;
+  }
+};
+
 /// Statistics of a rendering; times in seconds. Drawing and evaluation of different bands overlap, so the
 /// times add up to more than the frame's.
-struct RenderStats {
+struct RenderStats : LayerCount {
   double prepare_seconds = 0;   ///< context, vertices, fabrics; and the textures of all frames so far
   double project_seconds = 0;   ///< projecting vertices and sorting triangles into bands
   double shadow_seconds = 0;    ///< drawing shadow maps
@@ -171,10 +186,6 @@ struct RenderStats {
   double evaluation_seconds = 0;  ///< texels, frames and shading on the CPU
   double filter_seconds = 0;
   std::int64_t triangles = 0;
-  std::int64_t covered_pixels = 0;    ///< of the nearest layer, in the supersampled frame
-  std::int64_t evaluated_pixels = 0;  ///< over all layers
-  std::int64_t cloth_pixels = 0;      ///< of these, with fabric that is not clear
-  int layers = 0;                     ///< largest number in one pixel
   std::int64_t peak_image_bytes = 0;  ///< the most that cell images took at once
   std::int64_t decoded_pictures = 0;  ///< of all frames so far
   std::vector<std::string> remarks;   ///< options and materials that could not be honoured, one line each

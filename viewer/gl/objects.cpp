@@ -29,6 +29,10 @@ void attach_shader(const GlFunctions& gl, GLuint program, GLenum stage, const ch
   fail_graphics("shader", log.data());
 }
 
+GLint gl_wrap(Wrap wrap) {
+  return wrap == Wrap::repeat ? GL_REPEAT : wrap == Wrap::mirror ? GL_MIRRORED_REPEAT : GL_CLAMP_TO_EDGE;
+}
+
 }  // namespace
 
 std::string shader_text(const std::string& definitions, std::initializer_list<const char*> parts) {
@@ -54,10 +58,6 @@ GLuint make_plain_texture(const GlFunctions& gl, GLenum format, int width, int h
   return texture;
 }
 
-GLint gl_wrap(Wrap wrap) {
-  return wrap == Wrap::repeat ? GL_REPEAT : wrap == Wrap::mirror ? GL_MIRRORED_REPEAT : GL_CLAMP_TO_EDGE;
-}
-
 GLuint make_colour_texture(const GlFunctions& gl, const Image& image) {
   GLuint texture = 0;
   gl.CreateTextures(GL_TEXTURE_2D, 1, &texture);
@@ -80,11 +80,6 @@ void add_attribute(const GlFunctions& gl, GLuint array, GLuint location, GLuint 
   gl.VertexArrayAttribBinding(array, location, location);
 }
 
-void draw_triangles(const GlFunctions& gl, std::size_t first, std::size_t end) {
-  gl.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * (end - first)), GL_UNSIGNED_INT,
-                  reinterpret_cast<const void*>(3 * first * sizeof(GLuint)));
-}
-
 void GlObjects::clear() {
   const auto remove = [](const auto& function, std::vector<GLuint>& objects) {
     function(static_cast<GLsizei>(objects.size()), objects.data());
@@ -92,6 +87,7 @@ void GlObjects::clear() {
   };
   remove(gl_.DeleteFramebuffers, framebuffers_);
   remove(gl_.DeleteTextures, textures_);
+  remove(gl_.DeleteSamplers, samplers_);
   remove(gl_.DeleteVertexArrays, arrays_);
   remove(gl_.DeleteBuffers, buffers_);
   for (const GLuint program : programs_) gl_.DeleteProgram(program);
@@ -130,6 +126,16 @@ GLuint GlObjects::vertex_array() {
 
 GLuint GlObjects::plain_texture(GLenum format, int width, int height) {
   return textures_.emplace_back(make_plain_texture(gl_, format, width, height));
+}
+
+GLuint GlObjects::sampler(Wrap u, Wrap v, bool nearest) {
+  GLuint& sampler = samplers_.emplace_back();
+  gl_.CreateSamplers(1, &sampler);
+  gl_.SamplerParameteri(sampler, GL_TEXTURE_WRAP_S, gl_wrap(u));
+  gl_.SamplerParameteri(sampler, GL_TEXTURE_WRAP_T, gl_wrap(v));
+  gl_.SamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, nearest ? GL_NEAREST : GL_LINEAR);
+  gl_.SamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  return sampler;
 }
 
 GLuint GlObjects::framebuffer(std::span<const GLuint> colours, GLenum depth_attachment, GLuint depth) {

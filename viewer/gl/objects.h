@@ -23,8 +23,6 @@ void check_errors(const GlFunctions& gl, const char* place);
 /// A texture with one level and no filter, as a render target or for texelFetch.
 GLuint make_plain_texture(const GlFunctions& gl, GLenum format, int width, int height);
 
-GLint gl_wrap(Wrap wrap);
-
 /// A linear RGBA picture with all its mip levels, repeating, trilinear. Precondition: four channels.
 GLuint make_colour_texture(const GlFunctions& gl, const Image& image);
 
@@ -32,9 +30,6 @@ GLuint make_colour_texture(const GlFunctions& gl, const Image& image);
 /// begin, `stride` bytes apart.
 void add_attribute(const GlFunctions& gl, GLuint array, GLuint location, GLuint buffer, GLint components,
                    std::size_t offset, std::size_t stride);
-
-/// Draws the triangles [first, end) of the bound index buffer.
-void draw_triangles(const GlFunctions& gl, std::size_t first, std::size_t end);
 
 /// OpenGL objects that are deleted together. The context must be current whenever a function of this class is
 /// called, the destructor included. Throws GRAPHICS_UNAVAILABLE for what OpenGL refuses.
@@ -54,6 +49,8 @@ class GlObjects {
   }
   GLuint vertex_array();
   GLuint plain_texture(GLenum format, int width, int height);
+  /// A sampler of pictures with mip levels; `nearest`: without a filter where they are enlarged.
+  GLuint sampler(Wrap u, Wrap v, bool nearest);
   /// A framebuffer with these render targets; colour k is output k.
   GLuint framebuffer(std::span<const GLuint> colours, GLenum depth_attachment, GLuint depth);
 
@@ -63,6 +60,7 @@ class GlObjects {
   std::vector<GLuint> buffers_;
   std::vector<GLuint> arrays_;
   std::vector<GLuint> textures_;
+  std::vector<GLuint> samplers_;
   std::vector<GLuint> framebuffers_;
 };
 

@@ -114,7 +114,7 @@ std::vector<ArrivingLight> lights_at(const FrameScene& scene, const GarmentPoint
     const Illumination there = illumination_at(light, scene.prepared.origin + V3d(point.position));
     lights.push_back({frame.to_frame(V3f(there.direction)), there.irradiance, light.is_environment_part});
   }
-  for (const ShadowMap& map : scene.shadows) {
+  for (const ShadowMap& map : scene.view.shadows) {
     ArrivingLight& light = lights[map.view.light];
     // Transmitted light leaves the cloth on the light's side, so that it is not in its own shadow.
     const bool behind = through && !(light.direction.z > 0);

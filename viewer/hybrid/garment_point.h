@@ -17,7 +17,6 @@ struct FrameScene {
   const PreparedScene& prepared;
   const FrameView& view;
   const ProjectedVertices& projected;
-  std::span<const ShadowMap> shadows;  ///< ShadowView::light is an index into the lights
   const CellPass& cells;
   bool is_paper = false;  ///< as published: texels with colours of 8 bits in place of cell images
 };

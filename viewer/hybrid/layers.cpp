@@ -369,24 +369,20 @@ class RowShader {
   /// As merge_sides(), of a row that OpenGL has drawn; its first pixel has index `row`.
   void merge_drawn(std::size_t row, std::span<TriangleSide> nearest, std::span<TriangleSide> behind) const {
     const std::array<DrawnSide, 2>& sides = surfaces_.sides;
-    const auto surface = [&](std::size_t side, std::size_t i) {
-      return static_cast<TriangleSide>(2 * sides[side].triangle_list[sides[side].visible.triangles[i]] +
-                                       side);
-    };
     for (std::size_t x = 0; x < nearest.size(); ++x) {
       const std::size_t i = row + x;
-      const float front = sides[0].visible.depth[i];
-      const float back = sides[1].visible.depth[i];
+      const float front = sides[0].depth[i];
+      const float back = sides[1].depth[i];
       nearest[x] = behind[x] = no_triangle_side;
       if (!(front < 1 || back < 1)) continue;
       const std::size_t side = back < front ? 1 : 0;
-      nearest[x] = surface(side, i);
-      const int in_front = front < 1 ? sides[0].visible.counts[i] : 0;
-      const int in_back = back < 1 ? sides[1].visible.counts[i] : 0;
+      nearest[x] = sides[side].surface_at(i, side);
+      const int in_front = front < 1 ? sides[0].counts[i] : 0;
+      const int in_back = back < 1 ? sides[1].counts[i] : 0;
       if (in_front > 1 || in_back > 1)
         behind[x] = deep_triangle_side;
       else if (in_front + in_back > 1)
-        behind[x] = surface(1 - side, i);
+        behind[x] = sides[1 - side].surface_at(i, 1 - side);
     }
   }
 
@@ -404,14 +400,6 @@ class RowShader {
 };
 
 }  // namespace
-
-LayerCount& LayerCount::operator+=(const LayerCount& b) {
-  covered_pixels += b.covered_pixels;
-  evaluated_pixels += b.evaluated_pixels;
-  cloth_pixels += b.cloth_pixels;
-  layers = std::max(layers, b.layers);
-  return *this;
-}
 
 void BandSurfaces::draw_band(const FrameScene& scene, int first_row, int rows) {
   for (std::size_t side = 0; side < 2; ++side)
@@ -448,9 +436,8 @@ LayerCount shade_band(const FrameScene& scene, CellPass& cells, BandSurfaces& su
     if (casts) continue;
     for (const std::uint32_t pixel : part->deep()) {
       const std::array<DrawnSide, 2>& sides = surfaces.sides;
-      deep_pixels.push_back({pixel,
-                             {sides[0].visible.counts[pixel], sides[1].visible.counts[pixel]},
-                             part->transparency_at(pixel)});
+      deep_pixels.push_back(
+          {pixel, {sides[0].counts[pixel], sides[1].counts[pixel]}, part->transparency_at(pixel)});
     }
   }
   deep.add_pixels(deep_pixels);
@@ -499,10 +486,9 @@ bool DeepPixels::has_depth_layer(int side, int round) const {
 void DeepPixels::add_depth_layer(int side, int round, const DrawnSide& drawn) {
   for (std::uint32_t number = 0; number < pixels_.size(); ++number) {
     const Pixel& p = pixels_[number];
-    const float depth = drawn.visible.depth[p.index_in_band];
+    const float depth = drawn.depth[p.index_in_band];
     if (p.counts[side] <= round || !(depth < 1)) continue;
-    const std::uint32_t triangle = drawn.triangle_list[drawn.visible.triangles[p.index_in_band]];
-    hits_.push_back({p.index_in_band, depth, static_cast<TriangleSide>(2 * triangle + side), number,
+    hits_.push_back({p.index_in_band, depth, drawn.surface_at(p.index_in_band, side), number,
                      static_cast<std::uint32_t>(pbr_.size())});
     pbr_.push_back(drawn.pbr_at(p.index_in_band));
   }

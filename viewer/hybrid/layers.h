@@ -15,25 +15,6 @@ namespace selvedge {
 /// Maximum number of surfaces that a pixel can show behind each other.
 inline constexpr int max_layers = 64;
 
-/// Statistics of a band.
-struct LayerCount {
-  std::int64_t covered_pixels = 0;    ///< pixels that are not empty
-  std::int64_t evaluated_pixels = 0;  ///< over all layers
-  std::int64_t cloth_pixels = 0;      ///< of these, with fabric that is not clear
-  int layers = 0;                     ///< largest number in one pixel
-  LayerCount& operator+=(const LayerCount& b);
-};
-
-/// One side of the cloth in a band, and the list of triangles that its numbers index.
-struct DrawnSide {
-  VisibleSide visible;
-  std::vector<std::uint32_t> triangle_list;
-  /// Empty if no surface of the scene needs it.
-  PbrPixel pbr_at(std::size_t i) const {
-    return visible.colours.empty() ? PbrPixel{} : PbrPixel{visible.colours[i], visible.pbr[i]};
-  }
-};
-
 /// The surfaces at a band's pixels.
 struct BandSurfaces {
   std::array<DrawnSide, 2>
@@ -42,7 +23,7 @@ struct BandSurfaces {
   bool is_cpu_raster = false;
   /// At y * width + x, no_triangle_side: none. Memory of shade_band().
   std::vector<TriangleSide> nearest, behind;
-  bool has_pbr() const { return !sides[0].visible.colours.empty(); }
+  bool has_pbr() const { return !sides[0].colours.empty(); }
   PbrPixel pbr_at(TriangleSide surface, std::size_t i) const { return sides[surface % 2].pbr_at(i); }
   /// Sets up `raster` from the lists.
   void draw_band(const FrameScene& scene, int first_row, int rows);

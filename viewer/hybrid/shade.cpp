@@ -51,7 +51,8 @@ V3f shade_pbr(const FrameScene& scene, const GarmentPoint& point, const PbrPixel
       sum += pbr_brdf(material, normal, view, light.direction) * light.irradiance;
       continue;
     }
-    const float of_lamps = (scene.shadows.empty() ? values.occlusion : 1.0F) * std::numbers::inv_pi_v<float>;
+    const float of_lamps =
+        (scene.view.shadows.empty() ? values.occlusion : 1.0F) * std::numbers::inv_pi_v<float>;
     mean += light.irradiance * (std::max(normal.dot(light.direction), 0.0F) * of_lamps);
   }
   const float nv = std::abs(normal.dot(view));
@@ -185,13 +186,12 @@ SurfaceLight apply_material(const FrameScene& scene, TriangleSide seen, int x, i
             1.0F, values.occlusion / std::max(smooth_light_visibility(scene, around, bent.normal), 1e-3F));
     }
     for (V3f& factor : around.coefficients) factor *= left;
-    const float of_lamps = occluded && scene.shadows.empty() ? values.occlusion : 1.0F;
+    const float of_lamps = occluded && scene.view.shadows.empty() ? values.occlusion : 1.0F;
     light *= scene.cells.brightness_gain(seen, x, y, bent.normal, point.position,
                                          scene.view.options.smooth_light ? &around : nullptr, of_lamps);
   }
   if (material.is_tinted) light *= V3f(pixel.colour.x, pixel.colour.y, pixel.colour.z);
-  const std::vector<PbrMaterial>& pbr = scene.prepared.materials.pbr;
-  const bool emits = triangle.surface < pbr.size() && pbr[triangle.surface].emissive != V3f(0, 0, 0);
+  const bool emits = scene.prepared.materials.emits(triangle.surface);
   return {V4f(light.x, light.y, light.z, cell.w), emits ? values.emission * cell.w : V3f(0, 0, 0)};
 }
 

@@ -27,7 +27,7 @@ enum PbrUniform : GLint {
   factors,
   emission,
 };
-enum Attribute : GLuint { more_uv = 3, vertex_colour = 15 };
+enum Attribute : GLuint { first_uv = 1, vertex_colour = 15 };
 constexpr GLuint first_unit = 3;
 constexpr int no_mapping = 15;
 
@@ -80,63 +80,8 @@ void filter_band(const FrameBands& bands, int first_row, const std::vector<std::
     box_filter(large[i], first_row, bands.supersample, frames[i]);
 }
 
-PbrInputs::PbrInputs(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials)
-    : gl_(gl), materials_(materials), needed_(materials.needs_pbr()), objects_(gl) {
-  if (!needed_) return;
-  gl_.CreateSamplers(static_cast<GLsizei>(samplers), samplers_.data());
-  for (const Wrap u : {Wrap::repeat, Wrap::mirror, Wrap::clamp}) {
-    for (const Wrap v : {Wrap::repeat, Wrap::mirror, Wrap::clamp}) {
-      for (const bool nearest : {false, true}) {
-        const GLuint sampler = samplers_[sampler_of(u, v, nearest)];
-        gl_.SamplerParameteri(sampler, GL_TEXTURE_WRAP_S, gl_wrap(u));
-        gl_.SamplerParameteri(sampler, GL_TEXTURE_WRAP_T, gl_wrap(v));
-        gl_.SamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, nearest ? GL_NEAREST : GL_LINEAR);
-        gl_.SamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
-      }
-    }
-  }
-  more_uvs_ = mesh.extra_uvs.size();
-  const std::size_t vertices = mesh.positions.size();
-  if (more_uvs_ > 0) {
-    std::vector<V2f> uvs(vertices * more_uvs_);
-    for (std::size_t v = 0; v < vertices; ++v)
-      for (std::size_t k = 0; k < more_uvs_; ++k) uvs[v * more_uvs_ + k] = mesh.extra_uvs[k][v];
-    uvs_ = objects_.buffer(uvs);
-  }
-  if (!mesh.colors.empty()) vertex_colours_ = objects_.buffer(mesh.colors);
-}
-
-GLuint PbrInputs::triangle_program(GlObjects& objects, bool later) const {
-  std::string all = later ? "#define LATER\n" : "";
-  if (needed_)
-    all += fmt::format("#define PBR\n#define MAPPINGS {}\n{}", more_uvs_ + 1,
-                       vertex_colours_ != 0 ? "#define VERTEX_COLOURS\n" : "");
-  return objects.program(shader_text(all, {needed_ ? glsl::pbr_vertex : "", glsl::triangle_vertex}),
-                         shader_text(all, {needed_ ? glsl::pbr_fragment : "", glsl::triangle_fragment}));
-}
-
-TriangleTarget PbrInputs::make_target(GlObjects& objects, int width, int height) const {
-  TriangleTarget target;
-  target.triangles = objects.plain_texture(GL_R32UI, width, height);
-  target.depth = objects.plain_texture(GL_DEPTH32F_STENCIL8, width, height);
-  std::vector<GLuint> colours{target.triangles};
-  if (needed_) {
-    colours.push_back(target.colours = objects.plain_texture(GL_RGBA32F, width, height));
-    colours.push_back(target.pbr = objects.plain_texture(GL_RGBA32UI, width, height));
-  }
-  target.framebuffer = objects.framebuffer(colours, GL_DEPTH_STENCIL_ATTACHMENT, target.depth);
-  return target;
-}
-
-void PbrInputs::add_attributes(GLuint array) const {
-  for (std::size_t k = 0; k < more_uvs_; ++k)
-    add_attribute(gl_, array, more_uv + static_cast<GLuint>(k), uvs_, 2, k * sizeof(V2f),
-                  more_uvs_ * sizeof(V2f));
-  if (vertex_colours_ != 0) add_attribute(gl_, array, vertex_colour, vertex_colours_, 4, 0, sizeof(V4f));
-}
-
-void PbrInputs::bind_surface(std::size_t surface) const {
-  if (!needed_) return;
+void VisibilityPass::bind_surface(std::size_t surface) const {
+  if (!has_pbr_) return;
   const SurfaceMaterial& material = materials_.surfaces[surface];
   const PbrMaterial& pbr = materials_.pbr[surface];
   int mappings = 0;
@@ -165,24 +110,52 @@ VisibilityPass::VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh
                                const FrameBands& bands)
     : gl_(gl),
       mesh_(mesh),
-      materials_(materials.surfaces),
-      pbr_(gl, mesh, materials),
+      materials_(materials),
+      has_pbr_(materials.needs_pbr()),
       objects_(gl),
       target_objects_(gl),
-      programs_{pbr_.triangle_program(objects_, false), pbr_.triangle_program(objects_, true)},
       array_(objects_.vertex_array()) {
-  clip_ = objects_.buffer(mesh_.positions.size() * sizeof(V4f), nullptr, GL_DYNAMIC_STORAGE_BIT);
+  const std::size_t vertices = mesh.positions.size();
+  clip_ = objects_.buffer(vertices * sizeof(V4f), nullptr, GL_DYNAMIC_STORAGE_BIT);
   indices_ =
       objects_.buffer(mesh_.triangles.size() * 3 * sizeof(std::uint32_t), nullptr, GL_DYNAMIC_STORAGE_BIT);
   add_attribute(gl_, array_, 0, clip_, 4, 0, sizeof(V4f));
-  if (pbr_.needs_pbr()) {
-    std::vector<V2f> uv;
-    for (const auto& groups : mesh_.attributes) uv.emplace_back(groups[0][3], groups[1][3]);
-    add_attribute(gl_, array_, 1, objects_.buffer(uv), 2, 0, sizeof(V2f));
-  }
-  pbr_.add_attributes(array_);
   gl_.VertexArrayElementBuffer(array_, indices_);
+  std::string definitions;
+  if (has_pbr_) {
+    const int mappings = 1 + static_cast<int>(mesh.extra_uvs.size());
+    std::vector<V2f> uvs;
+    for (std::uint32_t v = 0; v < vertices; ++v)
+      for (int k = 0; k < mappings; ++k) uvs.push_back(mesh.uv(v, k));
+    const GLuint buffer = objects_.buffer(uvs);
+    for (int k = 0; k < mappings; ++k)
+      add_attribute(gl_, array_, first_uv + k, buffer, 2, k * sizeof(V2f), mappings * sizeof(V2f));
+    definitions = fmt::format("#define PBR\n#define MAPPINGS {}\n", mappings);
+    if (!mesh.colors.empty()) {
+      add_attribute(gl_, array_, vertex_colour, objects_.buffer(mesh.colors), 4, 0, sizeof(V4f));
+      definitions += "#define VERTEX_COLOURS\n";
+    }
+    for (const Wrap u : {Wrap::repeat, Wrap::mirror, Wrap::clamp})
+      for (const Wrap v : {Wrap::repeat, Wrap::mirror, Wrap::clamp})
+        for (const bool nearest : {false, true})
+          samplers_[sampler_of(u, v, nearest)] = objects_.sampler(u, v, nearest);
+  }
+  for (std::size_t later = 0; later < 2; ++later) {
+    const std::string all = (later == 1 ? "#define LATER\n" : "") + definitions;
+    programs_[later] =
+        objects_.program(shader_text(all, {has_pbr_ ? glsl::pbr_vertex : "", glsl::triangle_vertex}),
+                         shader_text(all, {has_pbr_ ? glsl::pbr_fragment : "", glsl::triangle_fragment}));
+  }
   resize(bands);
+}
+
+VisibilityPass::Target VisibilityPass::make_target() {
+  std::vector<GLuint> colours;
+  for (const GLenum format : {GL_R32UI, GL_RGBA32F, GL_RGBA32UI})
+    if (colours.empty() || has_pbr_)
+      colours.push_back(target_objects_.plain_texture(format, bands_.width, bands_.rows));
+  const GLuint depth = target_objects_.plain_texture(GL_DEPTH32F_STENCIL8, bands_.width, bands_.rows);
+  return {target_objects_.framebuffer(colours, GL_DEPTH_STENCIL_ATTACHMENT, depth), depth};
 }
 
 void VisibilityPass::resize(const FrameBands& bands) {
@@ -199,10 +172,10 @@ void VisibilityPass::set_vertices(const ProjectedVertices& projected) {
 
 void VisibilityPass::draw(int side, int round, int first_row, std::span<const std::uint32_t> triangles) {
   const auto& targets = targets_[side];
-  TriangleTarget& target = targets_[side][round % 2];
+  Target& target = targets_[side][round % 2];
   // Most frames have no second round.
   if (target.framebuffer == 0) {
-    target = pbr_.make_target(target_objects_, bands_.width, bands_.rows);
+    target = make_target();
     check_errors(gl_, "frame buffer");
   }
   // Only the depth shows whether a pixel is empty, so colours are not cleared.
@@ -234,31 +207,33 @@ void VisibilityPass::draw(int side, int round, int first_row, std::span<const st
   if (round > 0) gl_.BindTextureUnit(depth_unit, targets[(round + 1) % 2].depth);
   gl_.BindVertexArray(array_);
   // One call for the surfaces of a material, or for all where none has a PbrPixel.
+  const std::vector<SurfaceMaterial>& materials = materials_.surfaces;
   std::size_t first = 0;
   while (first < triangles.size()) {
     const std::uint32_t surface = mesh_.triangles[triangles[first]].surface;
     std::size_t end = triangles.size();
-    if (pbr_.needs_pbr()) {
+    if (has_pbr_) {
       const auto other = [&](std::uint32_t t) {
-        return materials_[mesh_.triangles[t].surface].material != materials_[surface].material;
+        return materials[mesh_.triangles[t].surface].material != materials[surface].material;
       };
       end = std::find_if(triangles.begin() + static_cast<std::ptrdiff_t>(first), triangles.end(), other) -
             triangles.begin();
     }
     gl_.Uniform1i(first_triangle, static_cast<GLint>(first));
-    pbr_.bind_surface(surface);
-    draw_triangles(gl_, first, end);
+    bind_surface(surface);
+    gl_.DrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * (end - first)), GL_UNSIGNED_INT,
+                     reinterpret_cast<const void*>(3 * first * sizeof(GLuint)));
     first = end;
   }
   check_errors(gl_, "drawing");
 }
 
-void VisibilityPass::read(int side, int round, int rows, VisibleSide& to) const {
+void VisibilityPass::read(int side, int round, int rows, DrawnSide& to) const {
   const std::size_t count = bands_.width * bands_.rows;
   to.triangles.resize(count);
   to.depth.resize(count);
   to.counts.resize(count);
-  const TriangleTarget& target = targets_[side][round % 2];
+  const Target& target = targets_[side][round % 2];
   gl_.BindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
   gl_.PixelStorei(GL_PACK_ROW_LENGTH, 0);
@@ -269,7 +244,7 @@ void VisibilityPass::read(int side, int round, int rows, VisibleSide& to) const 
   read(GL_RED_INTEGER, GL_UNSIGNED_INT, to.triangles.data());
   read(GL_DEPTH_COMPONENT, GL_FLOAT, to.depth.data());
   if (round == 0) read(GL_STENCIL_INDEX, GL_UNSIGNED_BYTE, to.counts.data());
-  if (!pbr_.needs_pbr()) return;
+  if (!has_pbr_) return;
   to.colours.resize(count);
   to.pbr.resize(count);
   gl_.NamedFramebufferReadBuffer(target.framebuffer, GL_COLOR_ATTACHMENT1);

@@ -54,64 +54,28 @@ void filter_band(const FrameBands& bands, int first_row, const std::vector<std::
 
 /// One side of the cloth in a band of rows, bottom row first (as OpenGL has it); pixel (x, y) at
 /// y * width + x.
-struct VisibleSide {
-  std::vector<std::uint32_t> triangles;  ///< index into the list that was drawn; undefined in empty pixels
-  std::vector<float> depth;              ///< OpenGL's, smaller is nearer; 1: empty pixel
+struct DrawnSide {
+  std::vector<std::uint32_t> triangle_list;  ///< the triangles that are drawn
+  std::vector<std::uint32_t> triangles;      ///< index into the list; undefined in empty pixels
+  std::vector<float> depth;                  ///< OpenGL's, smaller is nearer; 1: empty pixel
   /// Number of surfaces behind each other, at most 255; of the first round only.
   std::vector<std::uint8_t> counts;
   /// Parts of PbrPixel; empty if no surface of the scene needs them.
   std::vector<V4f> colours;
   std::vector<std::array<std::uint32_t, 4>> pbr;
-};
-
-/// Render targets of a geometry pass: triangle numbers and, if needed, PbrPixels.
-struct TriangleTarget {
-  GLuint framebuffer = 0;
-  GLuint triangles = 0;
-  GLuint colours = 0;
-  GLuint pbr = 0;
-  GLuint depth = 0;
-};
-
-/// Inputs of the pass for materials without fabric: pictures, texture coordinates, vertex colours, and
-/// uniforms per surface.
-class PbrInputs {
- public:
-  /// Uploads what `materials` need but their textures: nothing if all surfaces have a fabric and no emission.
-  /// The context of `gl` must be current whenever a function of this class is called, the destructor
-  /// included. `materials` must outlive the object; MaterialPicture::texture may change meanwhile.
-  PbrInputs(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials);
-  ~PbrInputs() { gl_.DeleteSamplers(static_cast<GLsizei>(samplers), samplers_.data()); }
-  PbrInputs& operator=(PbrInputs&&) = delete;
-
-  /// Whether some surface needs a PbrPixel.
-  bool needs_pbr() const { return needed_; }
-  /// The program of triangle_vertex.glsl and triangle_fragment.glsl.
-  GLuint triangle_program(GlObjects& objects, bool later) const;
-  TriangleTarget make_target(GlObjects& objects, int width, int height) const;
-  /// Adds the vertices' attributes to a vertex array, at the locations of pbr_vertex.glsl.
-  void add_attributes(GLuint array) const;
-  /// Sets uniforms and textures of the current program for a surface.
-  void bind_surface(std::size_t surface) const;
-
- private:
-  static constexpr std::size_t samplers = 18;  ///< three wrap modes along u, three along v, nearest or linear
-
-  const GlFunctions& gl_;
-  const Materials& materials_;
-  bool needed_ = false;
-  GlObjects objects_;
-  std::size_t more_uvs_ = 0;   ///< mappings after the first
-  GLuint uvs_ = 0;             ///< [vertex][more_uvs_]
-  GLuint vertex_colours_ = 0;  ///< 0: no surface has vertex colours
-  std::array<GLuint, samplers> samplers_{};
+  /// The surface at a pixel that is not empty; `side`: 0 of the front, 1 of the back.
+  TriangleSide surface_at(std::size_t i, std::size_t side) const {
+    return static_cast<TriangleSide>(2 * triangle_list[triangles[i]] + side);
+  }
+  PbrPixel pbr_at(std::size_t i) const { return colours.empty() ? PbrPixel{} : PbrPixel{colours[i], pbr[i]}; }
 };
 
 /// Throws GRAPHICS_UNAVAILABLE where OpenGL fails.
 class VisibilityPass {
  public:
-  /// `materials`: of the surfaces of `mesh`; both must outlive the object. The context of `gl` must
-  /// be current whenever a function of this class is called, the destructor included.
+  /// Uploads what `materials` of the surfaces of `mesh` need but their textures; MaterialPicture::texture may
+  /// change later. Both must outlive the object. The context of `gl` must be current whenever a function of
+  /// this class is called, the destructor included.
   VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials,
                  const FrameBands& bands);
 
@@ -126,29 +90,40 @@ class VisibilityPass {
   /// side, which must have been drawn just before.
   void draw(int side, int round, int first_row, std::span<const std::uint32_t> triangles);
 
-  /// Whether VisibleSide::pbr is filled.
-  bool has_pbr() const { return pbr_.needs_pbr(); }
+  /// Whether DrawnSide::pbr is filled.
+  bool has_pbr() const { return has_pbr_; }
 
   /// Waits until everything is drawn.
   void finish() const { gl_.Finish(); }
 
   /// Reads the first `rows` rows of the last draw of a side; the rest of `to` is undefined. Pixels with depth
   /// 1 are empty.
-  void read(int side, int round, int rows, VisibleSide& to) const;
+  void read(int side, int round, int rows, DrawnSide& to) const;
 
  private:
+  /// Render targets: triangle numbers, depth and, if needed, PbrPixels.
+  struct Target {
+    GLuint framebuffer = 0;
+    GLuint depth = 0;
+  };
+
+  Target make_target();
+  /// Sets uniforms and textures of the current program for a surface.
+  void bind_surface(std::size_t surface) const;
+
   const GlFunctions& gl_;
   const MergedSurfaces& mesh_;
-  const std::vector<SurfaceMaterial>& materials_;
-  PbrInputs pbr_;
+  const Materials& materials_;
+  bool has_pbr_;
   GlObjects objects_;
   GlObjects target_objects_;
   FrameBands bands_{0, 0, 0};
-  std::array<GLuint, 2> programs_{};  ///< of round 0, of the others
+  std::array<GLuint, 2> programs_{};   ///< of round 0, of the others
+  std::array<GLuint, 18> samplers_{};  ///< three wrap modes along u, three along v, nearest or linear
   GLuint array_ = 0;
   GLuint clip_ = 0;
   GLuint indices_ = 0;
-  std::array<std::array<TriangleTarget, 2>, 2> targets_{};  ///< [side][round % 2]
+  std::array<std::array<Target, 2>, 2> targets_{};  ///< [side][round % 2]
   std::vector<std::uint32_t> corners_;
 };
 

@@ -1,7 +1,7 @@
 // For vertex shaders: pass_pbr() passes on the coordinates and colours of a material. MAPPINGS is the
 // number of its texture mappings, at least 1; VERTEX_COLOURS is defined if the mesh has vertex colours.
 #if MAPPINGS > 1
-layout(location = 3) in vec2 more_uv[MAPPINGS - 1];
+layout(location = 2) in vec2 more_uv[MAPPINGS - 1];
 out vec2 surface_more_uv[MAPPINGS - 1];
 #endif
 #ifdef VERTEX_COLOURS

@@ -21,6 +21,7 @@ struct SurfaceMaterial {
   bool is_tinted = false;              ///< the base colour is one more, of textures and vertex colours
   bool has_normal_texture = false;     ///< a normal texture bends the fabric's frame
   bool has_occlusion_texture = false;  ///< an occlusion texture dims what reaches the fabric from all around
+  bool is_modified() const { return is_tinted || has_normal_texture || has_occlusion_texture; }
 };
 
 /// A picture on a surface.

@@ -50,9 +50,8 @@ int take_picture(const Scene& scene, int index, Transfer transfer, Known& known,
 bool Materials::needs_pbr() const {
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     const SurfaceMaterial& s = surfaces[i];
-    const bool plain = s.fabric >= 0 && !s.is_tinted && !s.has_normal_texture && !s.has_occlusion_texture &&
-                       pbr[i].emissive == V3f(0, 0, 0);
-    if (!plain || pbr[i].metallic_roughness_texture.image >= 0) return true;
+    if (s.fabric < 0 || s.is_modified() || emits(i) || pbr[i].metallic_roughness_texture.image >= 0)
+      return true;
   }
   return false;
 }

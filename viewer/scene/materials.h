@@ -31,6 +31,9 @@ struct Materials {
   std::vector<PbrMaterial> pbr;           ///< one per surface
   std::vector<MaterialPicture> pictures;
 
+  bool emits(std::size_t surface) const {
+    return surface < pbr.size() && pbr[surface].emissive != V3f(0, 0, 0);
+  }
   /// Whether some surface shows more than its fabric.
   bool needs_pbr() const;
 };

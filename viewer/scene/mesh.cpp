@@ -154,27 +154,6 @@ double mean_depth_complexity(const MergedSurfaces& mesh, const ProjectedVertices
   return area;
 }
 
-namespace {
-
-/// Adds a triangle to the list of its visible side, if there is one.
-void add_by_side(const TriangleSieve& sieve, const MergedSurfaces& mesh,
-                 std::span<const SurfaceMaterial> materials, std::size_t triangle,
-                 std::span<TriangleLists> targets) {
-  const double facing = sieve.facing(mesh.triangles[triangle]);
-  for (TriangleLists& lists : targets) {
-    if (facing > 0) lists.front.push_back(static_cast<std::uint32_t>(triangle));
-    if (facing < 0 && !materials[mesh.triangles[triangle].surface].culls_back)
-      lists.back.push_back(static_cast<std::uint32_t>(triangle));
-  }
-}
-
-void append(const TriangleLists& part, TriangleLists& lists) {
-  lists.front.insert(lists.front.end(), part.front.begin(), part.front.end());
-  lists.back.insert(lists.back.end(), part.back.begin(), part.back.end());
-}
-
-}  // namespace
-
 std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const ProjectedVertices& projected,
                                       std::span<const SurfaceMaterial> materials, int band_rows) {
   const TriangleSieve sieve(projected);
@@ -186,14 +165,18 @@ std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const Projecte
     for (std::size_t i = first; i < end; ++i) {
       const PixelRange rows = sieve.rows(mesh.triangles[i]);
       if (rows.first > rows.last) continue;
-      const std::size_t lowest = rows.first / band_rows;
-      const std::size_t highest = rows.last / band_rows;
-      add_by_side(sieve, mesh, materials, i, std::span(part).subspan(lowest, highest - lowest + 1));
+      const double facing = sieve.facing(mesh.triangles[i]);
+      const bool shows_back = facing < 0 && !materials[mesh.triangles[i].surface].culls_back;
+      if (!(facing > 0 || shows_back)) continue;
+      for (int band = rows.first / band_rows; band <= rows.last / band_rows; ++band)
+        part[band][shows_back ? 1 : 0].push_back(static_cast<std::uint32_t>(i));
     }
   });
   std::vector<TriangleLists> lists(bands);
   for (const std::vector<TriangleLists>& part : parts)
-    for (std::size_t band = 0; band < bands; ++band) append(part[band], lists[band]);
+    for (std::size_t band = 0; band < bands; ++band)
+      for (std::size_t side = 0; side < 2; ++side)
+        lists[band][side].insert(lists[band][side].end(), part[band][side].begin(), part[band][side].end());
   return lists;
 }
 

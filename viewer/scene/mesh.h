@@ -83,11 +83,8 @@ ProjectedVertices project(const MergedSurfaces& mesh, const M44d& clip, int widt
 /// Triangles behind each other at a pixel, the mean over the frame. Parts beyond the frame do not count.
 double mean_depth_complexity(const MergedSurfaces& mesh, const ProjectedVertices& projected);
 
-/// Triangles by the visible side, in the order of the mesh.
-struct TriangleLists {
-  std::vector<std::uint32_t> front;
-  std::vector<std::uint32_t> back;
-};
+/// Triangles by the visible side, front and back, in the order of the mesh.
+using TriangleLists = std::array<std::vector<std::uint32_t>, 2>;
 
 /// The triangles that may cover the centre of a pixel, for bands of `band_rows` rows each, from the bottom of
 /// the frame. Triangles without area and culled backs are on no list.
