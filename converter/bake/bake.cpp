@@ -40,31 +40,6 @@ YarnData stored_yarns(const CellMesh& mesh, BakeReport& report) {
   return stored ? std::move(found.yarns) : YarnData();
 }
 
-/// Adds the samples of a pair to its set.
-void add_pair(PairSamples& to, const PairSamples& from) {
-  const auto add = [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); };
-  add(to.alpha, from.alpha);
-  add(to.alpha_noise, from.alpha_noise);
-  add(to.radiance, from.radiance);
-  add(to.noise, from.noise);
-}
-
-PairSamples empty_set(const SamplesHeader& header, PairKind kind) {
-  return {.width = header.width, .height = header.height, .pairs = header.pairs[index_of(kind)]};
-}
-
-/// The samples of one pair set.
-PairSamples bake_pairs(const TexelBaker& baker, const BakeOptions& o, const SamplesHeader& header,
-                       PairKind kind, const std::function<void()>& done, NoiseSum& noise) {
-  PairSamples result = empty_set(header, kind);
-  for (std::size_t p = 0; p < result.pairs.size(); ++p) {
-    const DirectionPair& pair = result.pairs[p];
-    add_pair(result, baker.bake_pair(pair, header.truth_samples, seed_of(o.seed, stream_of(kind), p), noise));
-    done();
-  }
-  return result;
-}
-
 /// The yarns with their light, as their file gives them back.
 YarnData lit_yarns(const YarnCell& cell, const BakeOptions& o, const SamplesHeader& header,
                    BakeReport& report, bool is_huge = false, const Progress& progress = {}) {
@@ -89,46 +64,67 @@ YarnData lit_yarns(const YarnCell& cell, const BakeOptions& o, const SamplesHead
   return stored;
 }
 
-/// Tells the fraction of the work that is done, in rays times lights.
-class ProgressMeter {
- public:
-  ProgressMeter(const SamplesHeader& header, const Progress& progress, double begin = 0)
-      : view(1.0 * header.samples_per_texel * header.light_count()),
-        pair(header.truth_samples),
-        progress_(progress),
-        begin_(begin) {
-    whole_ = view * header.view_count();
-    for (const auto& pairs : header.pairs) whole_ += pair * static_cast<double>(pairs.size());
-  }
-  void done(double work) {
-    done_ += work;
-    if (progress_) progress_(begin_ + (1 - begin_) * done_ / whole_);
-  }
-  const double view, pair;
-
- private:
-  const Progress& progress_;
-  double begin_;
-  double whole_ = 0;
-  double done_ = 0;
-};
-
-/// Rounds the samples as their file stores them, and reports on them.
-void finish(Baked& baked, const BakeOptions& o, const NoiseSum& noise, const NoiseSum& held_out) {
+/// Samples all views and pairs by view(direction, lights, number, noise) and pair(directions, kind, number,
+/// noise), `at_once` of them on several threads; rounds the samples as their file stores them, and reports on
+/// them. Progress goes on from `begin`.
+template <class View, class Pair>
+void sample_all(Baked& baked, const BakeOptions& o, std::size_t at_once, const Progress& progress,
+                double begin, const View& view, const Pair& pair) {
   Samples& samples = baked.samples;
+  const SamplesHeader& header = samples.header;
+  // Work is counted in rays times lights.
+  const double work_of_view = 1.0 * header.samples_per_texel * header.light_count();
+  double whole = work_of_view * header.view_count();
+  for (const auto& pairs : header.pairs) whole += header.truth_samples * static_cast<double>(pairs.size());
+  double done = 0;
+  const auto in_parallel = [&](std::size_t count, double each, const auto& sample) {
+    std::vector<NoiseSum> noise(count);
+    for (std::size_t first = 0; first < count; first += at_once) {
+      const std::size_t end = std::min(count, first + at_once);
+      parallel_for(static_cast<int>(first), static_cast<int>(end), [&](int i) { sample(i, noise[i]); });
+      done += each * static_cast<double>(end - first);
+      if (progress) progress(begin + (1 - begin) * done / whole);
+    }
+    NoiseSum sum;
+    for (const NoiseSum& one : noise) sum += one;
+    return sum;
+  };
+  const std::vector<V3f> views = cell_directions(header.views, header.both_sides);
+  const std::vector<V3f> lights = cell_directions(header.lights, header.both_sides);
+  samples.views.resize(views.size());
+  const NoiseSum noise = in_parallel(views.size(), work_of_view, [&](int i, NoiseSum& own) {
+    samples.views[i] = view(views[i], lights, i, own);
+  });
+  NoiseSum held_out;
+  for (const PairKind kind : all_pair_kinds) {
+    PairSamples& set = samples.pairs[index_of(kind)];
+    set = {.width = header.width, .height = header.height, .pairs = header.pairs[index_of(kind)]};
+    std::vector<PairSamples> pairs(set.pairs.size());
+    const NoiseSum of_kind = in_parallel(pairs.size(), header.truth_samples, [&](int i, NoiseSum& own) {
+      pairs[i] = pair(set.pairs[i], kind, i, own);
+    });
+    if (kind == PairKind::held_out) held_out = of_kind;
+    const auto add = [](auto& all, const auto& more) { all.insert(all.end(), more.begin(), more.end()); };
+    for (const PairSamples& one : pairs) {
+      add(set.alpha, one.alpha);
+      add(set.alpha_noise, one.alpha_noise);
+      add(set.radiance, one.radiance);
+      add(set.noise, one.noise);
+    }
+  }
   BakeReport& report = baked.report;
   value_or_throw(round_to_half(samples));
-  nlohmann::json text = provenance_json(samples.header.provenance);
+  nlohmann::json text = provenance_json(header.provenance);
   text["bake"]["noise"] = {{"samples", noise.relative_error()}, {"truth", held_out.relative_error()}};
   samples.header.provenance = text.dump();
-  for (const ViewSamples& view : samples.views)
-    for (const float alpha : view.alpha) report.coverage += static_cast<double>(alpha);
-  report.coverage /= static_cast<double>(samples.header.view_count()) * samples.header.texels();
+  for (const ViewSamples& seen : samples.views)
+    for (const float alpha : seen.alpha) report.coverage += static_cast<double>(alpha);
+  report.coverage /= static_cast<double>(header.view_count()) * header.texels();
   report.noise = noise.relative_error();
   report.truth_noise = held_out.relative_error();
-  report.samples = samples.header.samples_per_texel;
-  report.truth_samples = samples.header.truth_samples;
-  report.reference_height = static_cast<double>(samples.header.reference_height);
+  report.samples = header.samples_per_texel;
+  report.truth_samples = header.truth_samples;
+  report.reference_height = static_cast<double>(header.reference_height);
   report.indirect = o.indirect;
 }
 
@@ -149,26 +145,19 @@ Baked baked_mesh(const CellMesh& given, const std::string& name, const BakeOptio
   Samples& samples = baked.samples;
   SamplesHeader& header = samples.header = samples_header(cell, digest_of(mesh), o, plane, provenance);
   const TexelBaker baker(traced.scene, o.bounces, V2i(o.width, o.height), plane / traced.mm_per_unit);
-  ProgressMeter work(header, progress);
-  const std::vector<V3f> views = cell_directions(header.views, header.both_sides);
-  const std::vector<V3f> lights = cell_directions(header.lights, header.both_sides);
-  NoiseSum noise;
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    NoiseSum of_view;
-    ViewSamples view =
-        baker.bake_view(views[v], lights, o.samples, seed_of(o.seed, stream_views, v), of_view);
-    noise += of_view;
-    if (views[v].z < 0)
-      for (V3f& normal : view.normal) normal = mirrored(normal);
-    samples.views.push_back(std::move(view));
-    work.done(work.view);
-  }
-  ByPairKind<NoiseSum> truth_noise;
-  for (const PairKind kind : all_pair_kinds)
-    samples.pairs[index_of(kind)] = bake_pairs(
-        baker, o, header, kind, [&] { work.done(work.pair); }, truth_noise[index_of(kind)]);
   if (header.yarns.curves > 0) samples.yarns = lit_yarns(cell, o, header, report);
-  finish(baked, o, noise, truth_noise[index_of(PairKind::held_out)]);
+  // One after the other: rays take all threads for one.
+  sample_all(
+      baked, o, 1, progress, 0,
+      [&](const V3f& view, std::span<const V3f> lights, int v, NoiseSum& noise) {
+        ViewSamples seen = baker.bake_view(view, lights, o.samples, seed_of(o.seed, stream_views, v), noise);
+        if (view.z < 0)
+          for (V3f& normal : seen.normal) normal = mirrored(normal);
+        return seen;
+      },
+      [&](const DirectionPair& pair, PairKind kind, int p, NoiseSum& noise) {
+        return baker.bake_pair(pair, header.truth_samples, seed_of(o.seed, stream_of(kind), p), noise);
+      });
   report.seconds = watch.seconds();
   return baked;
 }
@@ -204,36 +193,15 @@ Baked baked_yarn(const YarnCell& given, const std::string& name, const BakeOptio
   samples.yarns = lit_yarns(cell, o, header, baked.report, is_huge, progress ? of_light : Progress());
   YarnSampler sampler(std::move(samples.yarns), cell, header.reference_height, V2i(o.width, o.height),
                       o.both_sides);
-  ProgressMeter work(header, progress, light_part);
-  // Calls sample(i) for all of them, on all threads, and reports progress between them.
-  const auto in_parallel = [&](std::size_t count, double each, const auto& sample) {
-    constexpr std::size_t at_once = 32;
-    for (std::size_t first = 0; first < count; first += at_once) {
-      const std::size_t end = std::min(count, first + at_once);
-      parallel_for(static_cast<int>(first), static_cast<int>(end), sample);
-      work.done(each * static_cast<double>(end - first));
-    }
-  };
-  const std::vector<V3f> views = cell_directions(header.views, header.both_sides);
-  const std::vector<V3f> lights = cell_directions(header.lights, header.both_sides);
-  std::vector<NoiseSum> noise(views.size());
-  samples.views.resize(views.size());
-  in_parallel(views.size(), work.view,
-              [&](int v) { samples.views[v] = sampler.sample_view(views[v], lights, o.samples, noise[v]); });
-  NoiseSum all;
-  for (const NoiseSum& of_view : noise) all += of_view;
-  NoiseSum held_out;
-  for (const PairKind kind : all_pair_kinds) {
-    PairSamples& set = samples.pairs[index_of(kind)] = empty_set(header, kind);
-    std::vector<PairSamples> pairs(set.pairs.size());
-    noise.assign(set.pairs.size(), {});
-    in_parallel(set.pairs.size(), work.pair,
-                [&](int p) { pairs[p] = sampler.sample_pair(set.pairs[p], header.truth_samples, noise[p]); });
-    for (const PairSamples& pair : pairs) add_pair(set, pair);
-    for (const NoiseSum& of_pair : noise)
-      if (kind == PairKind::held_out) held_out += of_pair;
-  }
-  finish(baked, o, all, held_out);
+  constexpr std::size_t at_once = 32;
+  sample_all(
+      baked, o, at_once, progress, light_part,
+      [&](const V3f& view, std::span<const V3f> lights, int, NoiseSum& noise) {
+        return sampler.sample_view(view, lights, o.samples, noise);
+      },
+      [&](const DirectionPair& pair, PairKind, int, NoiseSum& noise) {
+        return sampler.sample_pair(pair, header.truth_samples, noise);
+      });
   if (options.stores_yarns)
     samples.yarns = sampler.take_yarn();
   else
