@@ -20,172 +20,7 @@
 #include "viewer/light/shadow_maps.h"
 
 namespace selvedge {
-/// Draws frames on all paths (RenderPath; paper section 6): OpenGL or the CPU finds the triangles at the
-/// pixels, the CPU their texels and light. Throws GRAPHICS_UNAVAILABLE where OpenGL fails.
-class FrameRenderer {
- public:
-  /// `gl` and `scene` must outlive the object. With RenderPath::paper, what OpenGL would write in the
-  /// published path is rounded to its colours of 8 bits, nearest texels alone; with RenderPath::raster, the
-  /// CPU finds the triangles, if all surfaces have a fabric.
-  FrameRenderer(const GlFunctions& gl, const PreparedScene& scene, const FrameSize& size, RenderPath kind)
-      : scene_(scene),
-        kind_(kind),
-        bands_(bands_of(size)),
-        layers_(size.layers),
-        pass_(gl, scene.mesh, scene.materials, bands_),
-        cells_(scene) {}
-
-  void resize(const FrameSize& size);
-  /// Takes another shape of the scene's mesh; all but positions, normals and tangents are as they were.
-  void update_shape() { cells_.update_shape(); }
-  /// Fills all pixels of `frames`, one for each of the view's tints, which have the size of the last resize()
-  /// already; adds to `stats`. The context must be current whenever a function of the path is called, the
-  /// destructor included.
-  void draw(const FrameView& view, std::span<Frame> frames, RenderStats& stats);
-
-  /// As Renderer::probe_surface().
-  std::optional<PixelProbe> probe_surface(const FrameView& view, const V2i& pixel);
-
- private:
-  /// A band in progress: while one is shaded the next is drawn.
-  struct Band {
-    BandSurfaces surfaces;
-    std::vector<std::vector<V4f>> large;  ///< supersampled pixels, of each picture
-  };
-
-  /// Whether the CPU finds the triangles: of blocks it draws no others.
-  bool casts(const DrawOptions& options) const {
-    return kind_ != RenderPath::paper && !pass_.has_pbr() &&
-           (kind_ == RenderPath::raster || options.blocks != nullptr);
-  }
-  /// Begins a frame.
-  FrameScene begin(const FrameView& view, const ProjectedVertices& projected);
-  void draw_nearest(TriangleLists lists, int first_row, int rows, std::array<DrawnSide, 2>& sides,
-                    Stopwatch& watch, RenderStats& stats);
-  void draw_behind(int first_row, int rows, std::array<DrawnSide, 2>& sides, DeepPixels& deep,
-                   Stopwatch& watch, RenderStats& stats);
-  void shade(const FrameScene& scene, int first_row, Band& band, std::span<Frame> frames, RenderStats& stats);
-
-  const PreparedScene& scene_;
-  RenderPath kind_;
-  FrameBands bands_;
-  int layers_;
-  VisibilityPass pass_;
-  std::array<Band, 2> in_flight_;
-  CellPass cells_;
-};
-
-void FrameRenderer::resize(const FrameSize& size) {
-  bands_ = bands_of(size);
-  layers_ = size.layers;
-  pass_.resize(bands_);
-}
-
-FrameScene FrameRenderer::begin(const FrameView& view, const ProjectedVertices& projected) {
-  const bool is_paper = kind_ == RenderPath::paper;
-  cells_.begin(view, !is_paper, bands_.supersample, projected);
-  return {scene_, view, projected, cells_, is_paper};
-}
-
-/// Draws the first round of both sides of the cloth.
-void FrameRenderer::draw_nearest(TriangleLists lists, int first_row, int rows,
-                                 std::array<DrawnSide, 2>& sides, Stopwatch& watch, RenderStats& stats) {
-  for (int side = 0; side < 2; ++side) {
-    sides[side].triangle_list = std::move(lists[side]);
-    pass_.draw(side, 0, first_row, sides[side].triangle_list);
-  }
-  pass_.finish();
-  watch.add_lap(stats.geometry_seconds);
-  for (int side = 0; side < 2; ++side) pass_.read(side, 0, rows, sides[side]);
-  watch.add_lap(stats.read_back_seconds);
-}
-
-/// Draws the surfaces behind the first round at deep pixels.
-void FrameRenderer::draw_behind(int first_row, int rows, std::array<DrawnSide, 2>& sides, DeepPixels& deep,
-                                Stopwatch& watch, RenderStats& stats) {
-  for (int side = 0; side < 2; ++side) {
-    DrawnSide& drawn = sides[side];
-    deep.add_depth_layer(side, 0, drawn);
-    for (int round = 1; round < layers_ && deep.has_depth_layer(side, round); ++round) {
-      pass_.draw(side, round, first_row, drawn.triangle_list);
-      pass_.finish();
-      watch.add_lap(stats.geometry_seconds);
-      pass_.read(side, round, rows, drawn);
-      watch.add_lap(stats.read_back_seconds);
-      deep.add_depth_layer(side, round, drawn);
-    }
-  }
-}
-
-/// Shades a band into the frame. Draws only if the scene has surfaces without fabric.
-void FrameRenderer::shade(const FrameScene& scene, int first_row, Band& band, std::span<Frame> frames,
-                          RenderStats& stats) {
-  Stopwatch watch;
-  const BandPixels pixels = pixels_of(bands_, first_row, frames, band.large);
-  DeepPixels deep;
-  stats += shade_band(scene, cells_, band.surfaces, layers_, pixels, deep);
-  if (!deep.empty()) {
-    watch.add_lap(stats.evaluation_seconds);
-    draw_behind(first_row, pixels.rows, band.surfaces.sides, deep, watch, stats);
-    stats += shade_deep_pixels(scene, cells_, deep, layers_, pixels);
-  }
-  watch.add_lap(stats.evaluation_seconds);
-  filter_band(bands_, first_row, band.large, frames);
-  watch.add_lap(stats.filter_seconds);
-}
-
-void FrameRenderer::draw(const FrameView& view, std::span<Frame> frames, RenderStats& stats) {
-  Stopwatch watch;
-  const ProjectedVertices projected =
-      project(scene_.mesh, clip_matrix(view.camera, scene_.origin), bands_.width, bands_.height);
-  const bool casts = this->casts(view.options);
-  if (!casts) pass_.set_vertices(projected);
-  std::vector<TriangleLists> lists =
-      list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
-  const FrameScene scene = begin(view, projected);
-  watch.add_lap(stats.project_seconds);
-  // Surfaces without fabric need further rounds of the same band, so drawing and shading cannot overlap.
-  const DrawOptions& options = view.options;
-  const bool at_once = thread_count() == 1 || pass_.has_pbr() || casts;
-  std::future<void> shading_before;
-  const auto finish_before = [&] {
-    if (shading_before.valid()) shading_before.get();
-  };
-  for (std::size_t i = 0; i < lists.size() && !options.is_interrupted(); ++i) {
-    const int first_row = static_cast<int>(i) * bands_.rows;
-    Band& band = in_flight_[i % 2];
-    const int rows = bands_.band_row_count(first_row);
-    if (options.blocks != nullptr &&
-        !options.blocks->has_drawn_rows(first_row / bands_.supersample, rows / bands_.supersample))
-      continue;
-    watch = {};
-    band.surfaces.is_cpu_raster = casts;
-    if (casts) {
-      for (std::size_t side = 0; side < 2; ++side)
-        band.surfaces.sides[side].triangle_list = std::move(lists[i][side]);
-      band.surfaces.draw_band(scene, first_row, rows);
-      watch.add_lap(stats.geometry_seconds);
-    } else {
-      draw_nearest(std::move(lists[i]), first_row, rows, band.surfaces.sides, watch, stats);
-    }
-    finish_before();
-    // Drawing and shading that overlap have their own members of the statistics.
-    const auto shade = [&, first_row] { this->shade(scene, first_row, band, frames, stats); };
-    if (at_once)
-      shade();
-    else
-      shading_before = std::async(std::launch::async, shade);
-  }
-  finish_before();
-  if (!view.options.is_interrupted()) {
-    const CellMemory memory = cells_.end();
-    stats.peak_image_bytes = static_cast<std::int64_t>(memory.peak_bytes);
-    if (memory.is_coarser)
-      stats.remarks.push_back(
-          fmt::format("cell images are coarser than wanted: these take {:.0f} MiB, --image-memory is {}",
-                      std::ceil(memory.wanted_bytes / (1 << 20)), view.options.cells.memory_bytes >> 20));
-  }
-}
+namespace {
 
 /// `pixel`: from the lower left. Its cell image has been made.
 PixelProbe probe_pixel(const FrameScene& scene, TriangleSide seen, const V2i& pixel, const PbrPixel& pbr) {
@@ -226,29 +61,6 @@ PixelProbe probe_pixel(const FrameScene& scene, TriangleSide seen, const V2i& pi
   if (probe.alpha > 0) probe.radiance = V3f(light.x, light.y, light.z) / probe.alpha;
   return probe;
 }
-
-std::optional<PixelProbe> FrameRenderer::probe_surface(const FrameView& view, const V2i& pixel) {
-  Stopwatch watch;
-  RenderStats unwanted;
-  const int row = bands_.height - 1 - pixel.y;
-  const ProjectedVertices projected =
-      project(scene_.mesh, clip_matrix(view.camera, scene_.origin), bands_.width, bands_.height);
-  pass_.set_vertices(projected);
-  std::array<DrawnSide, 2>& sides = in_flight_[0].surfaces.sides;
-  // A band of one row.
-  std::vector<TriangleLists> lists =
-      list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
-  draw_nearest(std::move(lists[row / bands_.rows]), row, 1, sides, watch, unwanted);
-  const std::size_t side = sides[1].depth[pixel.x] < sides[0].depth[pixel.x] ? 1 : 0;
-  if (!(sides[side].depth[pixel.x] < 1)) return std::nullopt;
-  const TriangleSide seen = sides[side].surface_at(pixel.x, side);
-  const FrameScene scene = begin(view, projected);
-  if (cells_.shows(seen)) cells_.mark_visible(seen, pixel.x, row);
-  cells_.render();
-  return probe_pixel(scene, seen, V2i(pixel.x, row), sides[side].pbr_at(pixel.x));
-}
-
-namespace {
 
 /// Surfaces behind each other that a frame may have, the mean over its pixels.
 constexpr int max_depth = 1024;
@@ -322,6 +134,178 @@ void add_backdrop(const Camera& camera, const DrawOptions& options, const Reflec
 }
 
 }  // namespace
+
+/// Draws frames on all paths (RenderPath; paper section 6): OpenGL or the CPU finds the triangles at the
+/// pixels, the CPU their texels and light. Throws GRAPHICS_UNAVAILABLE where OpenGL fails.
+class FrameRenderer {
+ public:
+  /// `gl` and `scene` must outlive the object. With RenderPath::paper, what OpenGL would write in the
+  /// published path is rounded to its colours of 8 bits, nearest texels alone; with RenderPath::raster, the
+  /// CPU finds the triangles, if all surfaces have a fabric.
+  FrameRenderer(const GlFunctions& gl, const PreparedScene& scene, const FrameSize& size, RenderPath kind)
+      : scene_(scene),
+        kind_(kind),
+        bands_(bands_of(size)),
+        layers_(size.layers),
+        pass_(gl, scene.mesh, scene.materials, bands_),
+        cells_(scene) {}
+
+  void resize(const FrameSize& size) {
+    bands_ = bands_of(size);
+    layers_ = size.layers;
+    pass_.resize(bands_);
+  }
+  /// Takes another shape of the scene's mesh; all but positions, normals and tangents are as they were.
+  void update_shape() { cells_.update_shape(); }
+  /// Fills all pixels of `frames`, one for each of the view's tints, which have the size of the last resize()
+  /// already; adds to `stats`. The context must be current whenever a function of the path is called, the
+  /// destructor included.
+  void draw(const FrameView& view, std::span<Frame> frames, RenderStats& stats) {
+    Stopwatch watch;
+    const ProjectedVertices projected =
+        project(scene_.mesh, clip_matrix(view.camera, scene_.origin), bands_.width, bands_.height);
+    const bool casts = this->casts(view.options);
+    if (!casts) pass_.set_vertices(projected);
+    std::vector<TriangleLists> lists =
+        list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
+    const FrameScene scene = begin(view, projected);
+    watch.add_lap(stats.project_seconds);
+    // Surfaces without fabric need further rounds of the same band, so drawing and shading cannot overlap.
+    const DrawOptions& options = view.options;
+    const bool at_once = thread_count() == 1 || pass_.has_pbr() || casts;
+    std::future<void> shading_before;
+    const auto finish_before = [&] {
+      if (shading_before.valid()) shading_before.get();
+    };
+    for (std::size_t i = 0; i < lists.size() && !options.is_interrupted(); ++i) {
+      const int first_row = static_cast<int>(i) * bands_.rows;
+      Band& band = in_flight_[i % 2];
+      const int rows = bands_.band_row_count(first_row);
+      if (options.blocks != nullptr &&
+          !options.blocks->has_drawn_rows(first_row / bands_.supersample, rows / bands_.supersample))
+        continue;
+      watch = {};
+      band.surfaces.is_cpu_raster = casts;
+      if (casts) {
+        for (std::size_t side = 0; side < 2; ++side)
+          band.surfaces.sides[side].triangle_list = std::move(lists[i][side]);
+        band.surfaces.draw_band(scene, first_row, rows);
+        watch.add_lap(stats.geometry_seconds);
+      } else {
+        draw_nearest(std::move(lists[i]), first_row, rows, band.surfaces.sides, watch, stats);
+      }
+      finish_before();
+      // Drawing and shading that overlap have their own members of the statistics.
+      const auto shade = [&, first_row] { this->shade(scene, first_row, band, frames, stats); };
+      if (at_once)
+        shade();
+      else
+        shading_before = std::async(std::launch::async, shade);
+    }
+    finish_before();
+    if (!view.options.is_interrupted()) {
+      const CellMemory memory = cells_.end();
+      stats.peak_image_bytes = static_cast<std::int64_t>(memory.peak_bytes);
+      if (memory.is_coarser)
+        stats.remarks.push_back(
+            fmt::format("cell images are coarser than wanted: these take {:.0f} MiB, --image-memory is {}",
+                        std::ceil(memory.wanted_bytes / (1 << 20)), view.options.cells.memory_bytes >> 20));
+    }
+  }
+
+  /// As Renderer::probe_surface().
+  std::optional<PixelProbe> probe_surface(const FrameView& view, const V2i& pixel) {
+    Stopwatch watch;
+    RenderStats unwanted;
+    const int row = bands_.height - 1 - pixel.y;
+    const ProjectedVertices projected =
+        project(scene_.mesh, clip_matrix(view.camera, scene_.origin), bands_.width, bands_.height);
+    pass_.set_vertices(projected);
+    std::array<DrawnSide, 2>& sides = in_flight_[0].surfaces.sides;
+    // A band of one row.
+    std::vector<TriangleLists> lists =
+        list_bands(scene_.mesh, projected, scene_.materials.surfaces, bands_.rows);
+    draw_nearest(std::move(lists[row / bands_.rows]), row, 1, sides, watch, unwanted);
+    const std::size_t side = sides[1].depth[pixel.x] < sides[0].depth[pixel.x] ? 1 : 0;
+    if (!(sides[side].depth[pixel.x] < 1)) return std::nullopt;
+    const TriangleSide seen = sides[side].surface_at(pixel.x, side);
+    const FrameScene scene = begin(view, projected);
+    if (cells_.shows(seen)) cells_.mark_visible(seen, pixel.x, row);
+    cells_.render();
+    return probe_pixel(scene, seen, V2i(pixel.x, row), sides[side].pbr_at(pixel.x));
+  }
+
+ private:
+  /// A band in progress: while one is shaded the next is drawn.
+  struct Band {
+    BandSurfaces surfaces;
+    std::vector<std::vector<V4f>> large;  ///< supersampled pixels, of each picture
+  };
+
+  /// Whether the CPU finds the triangles: of blocks it draws no others.
+  bool casts(const DrawOptions& options) const {
+    return kind_ != RenderPath::paper && !pass_.has_pbr() &&
+           (kind_ == RenderPath::raster || options.blocks != nullptr);
+  }
+  /// Begins a frame.
+  FrameScene begin(const FrameView& view, const ProjectedVertices& projected) {
+    const bool is_paper = kind_ == RenderPath::paper;
+    cells_.begin(view, !is_paper, bands_.supersample, projected);
+    return {scene_, view, projected, cells_, is_paper};
+  }
+  /// Draws the first round of both sides of the cloth.
+  void draw_nearest(TriangleLists lists, int first_row, int rows, std::array<DrawnSide, 2>& sides,
+                    Stopwatch& watch, RenderStats& stats) {
+    for (int side = 0; side < 2; ++side) {
+      sides[side].triangle_list = std::move(lists[side]);
+      pass_.draw(side, 0, first_row, sides[side].triangle_list);
+    }
+    pass_.finish();
+    watch.add_lap(stats.geometry_seconds);
+    for (int side = 0; side < 2; ++side) pass_.read(side, 0, rows, sides[side]);
+    watch.add_lap(stats.read_back_seconds);
+  }
+  /// Draws the surfaces behind the first round at deep pixels.
+  void draw_behind(int first_row, int rows, std::array<DrawnSide, 2>& sides, DeepPixels& deep,
+                   Stopwatch& watch, RenderStats& stats) {
+    for (int side = 0; side < 2; ++side) {
+      DrawnSide& drawn = sides[side];
+      deep.add_depth_layer(side, 0, drawn);
+      for (int round = 1; round < layers_ && deep.has_depth_layer(side, round); ++round) {
+        pass_.draw(side, round, first_row, drawn.triangle_list);
+        pass_.finish();
+        watch.add_lap(stats.geometry_seconds);
+        pass_.read(side, round, rows, drawn);
+        watch.add_lap(stats.read_back_seconds);
+        deep.add_depth_layer(side, round, drawn);
+      }
+    }
+  }
+  /// Shades a band into the frame. Draws only if the scene has surfaces without fabric.
+  void shade(const FrameScene& scene, int first_row, Band& band, std::span<Frame> frames,
+             RenderStats& stats) {
+    Stopwatch watch;
+    const BandPixels pixels = pixels_of(bands_, first_row, frames, band.large);
+    DeepPixels deep;
+    stats += shade_band(scene, cells_, band.surfaces, layers_, pixels, deep);
+    if (!deep.empty()) {
+      watch.add_lap(stats.evaluation_seconds);
+      draw_behind(first_row, pixels.rows, band.surfaces.sides, deep, watch, stats);
+      stats += shade_deep_pixels(scene, cells_, deep, layers_, pixels);
+    }
+    watch.add_lap(stats.evaluation_seconds);
+    filter_band(bands_, first_row, band.large, frames);
+    watch.add_lap(stats.filter_seconds);
+  }
+
+  const PreparedScene& scene_;
+  RenderPath kind_;
+  FrameBands bands_;
+  int layers_;
+  VisibilityPass pass_;
+  std::array<Band, 2> in_flight_;
+  CellPass cells_;
+};
 
 struct Renderer::State {
   FrameSize size;

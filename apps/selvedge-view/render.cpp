@@ -106,9 +106,26 @@ class SeriesFiles {
  public:
   SeriesFiles() = default;
   SeriesFiles& operator=(SeriesFiles&&) = delete;
-  ~SeriesFiles();
+  ~SeriesFiles() {
+    files_.clear();
+    std::error_code ignored;  // folders that are not empty stay
+    for (; !folders_.empty(); folders_.pop_back()) fs::remove(folders_.back(), ignored);
+  }
   /// Throws FILE_UNWRITABLE.
-  const AtomicFile& add(const std::string& path);
+  const AtomicFile& add(const std::string& path) {
+    std::vector<fs::path> missing;
+    std::error_code error;
+    for (fs::path folder = fs::path(path).parent_path(); !folder.empty() && !fs::exists(folder, error);
+         folder = folder.parent_path())
+      missing.push_back(folder);
+    for (; !missing.empty(); missing.pop_back()) {
+      const fs::path& folder = missing.back();
+      if (!fs::create_directory(folder, error))
+        throw Failure{{Code::file_unwritable, folder.string(), "", "the folder cannot be made"}};
+      folders_.push_back(folder.string());
+    }
+    return files_.emplace_back(value_or_throw(AtomicFile::create(path)));
+  }
   const AtomicFile& at(std::size_t number) const { return files_[number]; }
   Result<void> commit() { return commit_all(std::move(files_)); }
 
@@ -116,27 +133,6 @@ class SeriesFiles {
   std::vector<std::string> folders_;
   std::vector<AtomicFile> files_;
 };
-
-SeriesFiles::~SeriesFiles() {
-  files_.clear();
-  std::error_code ignored;  // folders that are not empty stay
-  for (; !folders_.empty(); folders_.pop_back()) fs::remove(folders_.back(), ignored);
-}
-
-const AtomicFile& SeriesFiles::add(const std::string& path) {
-  std::vector<fs::path> missing;
-  std::error_code error;
-  for (fs::path folder = fs::path(path).parent_path(); !folder.empty() && !fs::exists(folder, error);
-       folder = folder.parent_path())
-    missing.push_back(folder);
-  for (; !missing.empty(); missing.pop_back()) {
-    const fs::path& folder = missing.back();
-    if (!fs::create_directory(folder, error))
-      throw Failure{{Code::file_unwritable, folder.string(), "", "the folder cannot be made"}};
-    folders_.push_back(folder.string());
-  }
-  return files_.emplace_back(value_or_throw(AtomicFile::create(path)));
-}
 
 /// Maximum number of files of one run.
 constexpr std::size_t max_files = 20000;

@@ -115,17 +115,162 @@ class ShowLoop {
            const ShowState& state);
 
   /// Until the window is closed. Throws Failure.
-  void run();
-  Json to_json() const;
+  void run() {
+    bool closing = false;
+    while (!closing) {
+      window_size_ = window_.size();
+      if (window_size_.x == 0 || window_size_.y == 0) {
+        window_.wait_for_events(idle);
+        closing = closes_ || window_.wants_to_close();
+        continue;
+      }
+      closing = step();
+      if (closing && !options_.screenshot.empty())
+        value_or_throw(write_window(gl_, window_size_, options_.screenshot));
+      window_.swap();
+      if (closing) break;
+      if (settling_ > 0) --settling_;
+      if (window_.wait_for_events(settling_ > 0 || closes_after_ ? 0 : idle)) settling_ = frames_to_settle;
+    }
+  }
+  Json to_json() const {
+    Json all = {
+        {"input", input_},
+        {"window", window_size_},
+        {"width", picture_->width},
+        {"height", picture_->height},
+        {"frames", picture_->frame_count},
+        {"camera",
+         {{"azimuth", state_.camera.azimuth},
+          {"elevation", state_.camera.elevation},
+          {"fov", state_.camera.field_of_view},
+          {"distance", state_.camera.distance.value_or(0)},
+          {"lookAt", state_.camera.look_at.value_or(V3d(0, 0, 0))}}},
+        {"clip", {{"time", state_.clip_time}, {"plays", state_.plays_clip}, {"speed", state_.clip_speed}}},
+        {"fabrics", state_.worn_fabrics.fabrics},
+        {"command", command()},
+        {"message", message_}};
+    all["probe"] = probe_ ? json_of(*probe_, picture_->fabric_names) : Json();
+    all["accuracy"] = picture_->accuracy_db > 0 ? Json(picture_->accuracy_db) : Json();
+    all["seconds"] = {{"frame", picture_->draw_seconds}};
+    for (const auto& [name, seconds] : render_seconds) all["seconds"][name] = picture_->stats.*seconds;
+    return all;
+  }
 
  private:
   /// One frame of the window without its swap. Returns whether the user wants to close it.
-  bool step();
+  bool step() {
+    receive();
+    panel_.begin();
+    const V2i size = panel_.picture_size(window_size_);
+    ShowInput input = panel_.input(window_.poll_drags());
+    const std::optional<V2d> cursor = panel_.cursor();
+    // Steps of the wheel move towards the point under the cursor, which stays there.
+    if (input.wheel > 0 && cursor && cursor == aimed_) input.cursor_point = aim_;
+    const double aspect = static_cast<double>(size.x) / size.y;
+    Redraw change = std::max(pending_, apply(input, aspect, picture_->scene_diagonal, state_));
+    pending_ = Redraw::none;
+    double seconds = 0;
+    clip_watch_.add_lap(seconds);
+    // A window that closes waits for its last picture.
+    if (state_.clip >= 0 && state_.plays_clip && !closes_) {
+      state_.clip_time += seconds * static_cast<double>(state_.clip_speed);
+      if (picture_->clip_seconds > 0) state_.clip_time = std::fmod(state_.clip_time, picture_->clip_seconds);
+      change = std::max(change, Redraw::frame);
+    }
+    const PanelInfo info{*picture_, state_.shows_probe ? probe_ : no_probe_, offers_, window_.poll_keys(),
+                         message_};
+    const PanelRequest request = panel_.edit(info, state_);
+    change = std::max(change, request.redraw);
+    if (request.resets_camera) {
+      state_.camera = first_camera_;
+      change = std::max(change, Redraw::frame);
+    }
+    const std::string stem = std::filesystem::path(input_).stem().string();
+    if (request.saves_picture) background_.save_picture(stem);
+    if (request.saves_garment) background_.save_garment(stem);
+    if (!request.wear_path.empty()) background_.wear(request.wear_path);
+    if (request.saves_picture || request.saves_garment || !request.wear_path.empty()) finished_ = false;
+    if (request.copies_command) {
+      panel_.copy(command());
+      message_ = command().empty() ? "`render` draws flat swatches by other options"
+                                   : "copied; \"save garment\" makes the file with these fabrics";
+    }
+    std::vector<std::string> files = window_.poll_drops();
+    if (!request.add_file.empty()) files.push_back(request.add_file);
+    for (const std::string& path : files) background_.add_file(path);
+    if (!files.empty()) finished_ = false;
+    // Steps of the wheel leave the point under the cursor where it is; nothing else does.
+    if (change >= Redraw::frame && input.wheel == 0) aimed_.reset();
+    // The last probe stays while the mouse is on the panel or turns the view.
+    const std::optional<V2d> probed = cursor && !panel_.is_mouse_pressed() ? cursor : requested_probe_;
+    if (change != Redraw::none || size != requested_size_ || probed != requested_probe_)
+      send_request(change, size, probed);
+    if (change != Redraw::none) settling_ = frames_to_settle;
+    constexpr std::array<GLfloat, 4> black{0, 0, 0, 1};
+    gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl_.ClearNamedFramebufferfv(0, GL_COLOR, 0, black.data());
+    panel_.end(shown_.name());
+    gl_.Finish();
+    // Events before the request to close are shown first.
+    if (request.close || window_.wants_to_close()) closes_ = true;
+    if (closes_ && !closes_after_ && (finished_ || !options_.needs_last_picture)) closes_after_ = 1;
+    return closes_after_ && (*closes_after_)-- == 0;
+  }
   /// The command line of the picture; empty for a fabric.
-  std::string command() const;
-  void send_request(Redraw change, const V2i& size, const std::optional<V2d>& probed);
+  std::string command() const {
+    if (has_ending(input_, ".exr")) return {};
+    return command_of(input_, picture_->own_lights, state_, requested_size_);
+  }
+  void send_request(Redraw change, const V2i& size, const std::optional<V2d>& probed) {
+    request_number_ = background_.request({state_, change, size, probed, generation_});
+    requested_size_ = size;
+    requested_probe_ = probed;
+    finished_ = false;
+  }
   /// Updates by the thread of the picture.
-  void receive();
+  void receive() {
+    RenderUpdate update = background_.poll();
+    if (update.failure) throw Failure{*update.failure};
+    if (!update.messages.empty()) message_ = fmt::format("{}", fmt::join(update.messages, "\n"));
+    for (const auto& environment : update.environments) {
+      state_.environments.push_back(environment);
+      state_.environment = static_cast<int>(state_.environments.size()) - 1;
+      pending_ = Redraw::frame;
+    }
+    for (OfferedFabric& offer : update.offers) {
+      const auto& made = offers_.emplace_back(std::make_unique<OfferThumbnail>(std::move(offer.path), gl_));
+      made->picture.load(thumbnail_side, thumbnail_side, offer.picture.data());
+    }
+    if (update.garment) {
+      input_ = update.garment->path;
+      if (update.garment->camera) first_camera_ = state_.camera = *update.garment->camera;
+      state_.worn_fabrics = update.garment->worn_fabrics;
+      state_.clip = update.garment->clip;
+      state_.clip_time = 0;
+      state_.compared_fabrics.reset();
+      state_.hidden_fabrics.clear();
+    }
+    if (update.state) state_ = *update.state;
+    if (update.worn_fabrics) {
+      state_.worn_fabrics = *update.worn_fabrics;
+      state_.hidden_fabrics.clear();
+    }
+    if (update.state || update.garment || update.worn_fabrics) {
+      pending_ = Redraw::frame;
+      aimed_.reset();
+    }
+    generation_ = update.generation;
+    probe_ = update.probe;
+    if (update.probe && update.probe_request == request_number_) {
+      aimed_ = update.probed_point;
+      aim_ = update.probe->position;
+    }
+    finished_ = update.is_finished && pending_ == Redraw::none;
+    if (!update.picture) return;
+    picture_ = update.picture;
+    shown_.load(picture_->width, picture_->height, picture_->bytes.data());
+  }
 
   const Options options_;
   Window& window_;
@@ -168,163 +313,6 @@ ShowLoop::ShowLoop(Options options, Window& window, PictureThread& background, c
       panel_(window),
       shown_(gl),
       settling_(frames_to_settle) {}
-
-void ShowLoop::run() {
-  bool closing = false;
-  while (!closing) {
-    window_size_ = window_.size();
-    if (window_size_.x == 0 || window_size_.y == 0) {
-      window_.wait_for_events(idle);
-      closing = closes_ || window_.wants_to_close();
-      continue;
-    }
-    closing = step();
-    if (closing && !options_.screenshot.empty())
-      value_or_throw(write_window(gl_, window_size_, options_.screenshot));
-    window_.swap();
-    if (closing) break;
-    if (settling_ > 0) --settling_;
-    if (window_.wait_for_events(settling_ > 0 || closes_after_ ? 0 : idle)) settling_ = frames_to_settle;
-  }
-}
-
-Json ShowLoop::to_json() const {
-  Json all = {
-      {"input", input_},
-      {"window", window_size_},
-      {"width", picture_->width},
-      {"height", picture_->height},
-      {"frames", picture_->frame_count},
-      {"camera",
-       {{"azimuth", state_.camera.azimuth},
-        {"elevation", state_.camera.elevation},
-        {"fov", state_.camera.field_of_view},
-        {"distance", state_.camera.distance.value_or(0)},
-        {"lookAt", state_.camera.look_at.value_or(V3d(0, 0, 0))}}},
-      {"clip", {{"time", state_.clip_time}, {"plays", state_.plays_clip}, {"speed", state_.clip_speed}}},
-      {"fabrics", state_.worn_fabrics.fabrics},
-      {"command", command()},
-      {"message", message_}};
-  all["probe"] = probe_ ? json_of(*probe_, picture_->fabric_names) : Json();
-  all["accuracy"] = picture_->accuracy_db > 0 ? Json(picture_->accuracy_db) : Json();
-  all["seconds"] = {{"frame", picture_->draw_seconds}};
-  for (const auto& [name, seconds] : render_seconds) all["seconds"][name] = picture_->stats.*seconds;
-  return all;
-}
-
-bool ShowLoop::step() {
-  receive();
-  panel_.begin();
-  const V2i size = panel_.picture_size(window_size_);
-  ShowInput input = panel_.input(window_.poll_drags());
-  const std::optional<V2d> cursor = panel_.cursor();
-  // Steps of the wheel move towards the point under the cursor, which stays there.
-  if (input.wheel > 0 && cursor && cursor == aimed_) input.cursor_point = aim_;
-  const double aspect = static_cast<double>(size.x) / size.y;
-  Redraw change = std::max(pending_, apply(input, aspect, picture_->scene_diagonal, state_));
-  pending_ = Redraw::none;
-  double seconds = 0;
-  clip_watch_.add_lap(seconds);
-  // A window that closes waits for its last picture.
-  if (state_.clip >= 0 && state_.plays_clip && !closes_) {
-    state_.clip_time += seconds * static_cast<double>(state_.clip_speed);
-    if (picture_->clip_seconds > 0) state_.clip_time = std::fmod(state_.clip_time, picture_->clip_seconds);
-    change = std::max(change, Redraw::frame);
-  }
-  const PanelInfo info{*picture_, state_.shows_probe ? probe_ : no_probe_, offers_, window_.poll_keys(),
-                       message_};
-  const PanelRequest request = panel_.edit(info, state_);
-  change = std::max(change, request.redraw);
-  if (request.resets_camera) {
-    state_.camera = first_camera_;
-    change = std::max(change, Redraw::frame);
-  }
-  const std::string stem = std::filesystem::path(input_).stem().string();
-  if (request.saves_picture) background_.save_picture(stem);
-  if (request.saves_garment) background_.save_garment(stem);
-  if (!request.wear_path.empty()) background_.wear(request.wear_path);
-  if (request.saves_picture || request.saves_garment || !request.wear_path.empty()) finished_ = false;
-  if (request.copies_command) {
-    panel_.copy(command());
-    message_ = command().empty() ? "`render` draws flat swatches by other options"
-                                 : "copied; \"save garment\" makes the file with these fabrics";
-  }
-  std::vector<std::string> files = window_.poll_drops();
-  if (!request.add_file.empty()) files.push_back(request.add_file);
-  for (const std::string& path : files) background_.add_file(path);
-  if (!files.empty()) finished_ = false;
-  // Steps of the wheel leave the point under the cursor where it is; nothing else does.
-  if (change >= Redraw::frame && input.wheel == 0) aimed_.reset();
-  // The last probe stays while the mouse is on the panel or turns the view.
-  const std::optional<V2d> probed = cursor && !panel_.is_mouse_pressed() ? cursor : requested_probe_;
-  if (change != Redraw::none || size != requested_size_ || probed != requested_probe_)
-    send_request(change, size, probed);
-  if (change != Redraw::none) settling_ = frames_to_settle;
-  constexpr std::array<GLfloat, 4> black{0, 0, 0, 1};
-  gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
-  gl_.ClearNamedFramebufferfv(0, GL_COLOR, 0, black.data());
-  panel_.end(shown_.name());
-  gl_.Finish();
-  // Events before the request to close are shown first.
-  if (request.close || window_.wants_to_close()) closes_ = true;
-  if (closes_ && !closes_after_ && (finished_ || !options_.needs_last_picture)) closes_after_ = 1;
-  return closes_after_ && (*closes_after_)-- == 0;
-}
-
-std::string ShowLoop::command() const {
-  if (has_ending(input_, ".exr")) return {};
-  return command_of(input_, picture_->own_lights, state_, requested_size_);
-}
-
-void ShowLoop::send_request(Redraw change, const V2i& size, const std::optional<V2d>& probed) {
-  request_number_ = background_.request({state_, change, size, probed, generation_});
-  requested_size_ = size;
-  requested_probe_ = probed;
-  finished_ = false;
-}
-
-void ShowLoop::receive() {
-  RenderUpdate update = background_.poll();
-  if (update.failure) throw Failure{*update.failure};
-  if (!update.messages.empty()) message_ = fmt::format("{}", fmt::join(update.messages, "\n"));
-  for (const auto& environment : update.environments) {
-    state_.environments.push_back(environment);
-    state_.environment = static_cast<int>(state_.environments.size()) - 1;
-    pending_ = Redraw::frame;
-  }
-  for (OfferedFabric& offer : update.offers) {
-    const auto& made = offers_.emplace_back(std::make_unique<OfferThumbnail>(std::move(offer.path), gl_));
-    made->picture.load(thumbnail_side, thumbnail_side, offer.picture.data());
-  }
-  if (update.garment) {
-    input_ = update.garment->path;
-    if (update.garment->camera) first_camera_ = state_.camera = *update.garment->camera;
-    state_.worn_fabrics = update.garment->worn_fabrics;
-    state_.clip = update.garment->clip;
-    state_.clip_time = 0;
-    state_.compared_fabrics.reset();
-    state_.hidden_fabrics.clear();
-  }
-  if (update.state) state_ = *update.state;
-  if (update.worn_fabrics) {
-    state_.worn_fabrics = *update.worn_fabrics;
-    state_.hidden_fabrics.clear();
-  }
-  if (update.state || update.garment || update.worn_fabrics) {
-    pending_ = Redraw::frame;
-    aimed_.reset();
-  }
-  generation_ = update.generation;
-  probe_ = update.probe;
-  if (update.probe && update.probe_request == request_number_) {
-    aimed_ = update.probed_point;
-    aim_ = update.probe->position;
-  }
-  finished_ = update.is_finished && pending_ == Redraw::none;
-  if (!update.picture) return;
-  picture_ = update.picture;
-  shown_.load(picture_->width, picture_->height, picture_->bytes.data());
-}
 
 struct ShowCommand {
   CommonOptions common;

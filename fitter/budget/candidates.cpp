@@ -23,24 +23,42 @@ class BasisList {
  public:
   /// Indices in the list of the functions of a pair of `basis`, which are added if they are new; the constant
   /// function of the view has index 0.
-  V2i add(const BasisFit& basis, const V2i& pair);
+  V2i add(const BasisFit& basis, const V2i& pair) {
+    const std::vector<float>& phi = basis.view_functions[pair.x];
+    const bool constant = std::ranges::all_of(phi, [](float value) { return value == 1; });
+    const int a = constant ? 0 : index_in(view_, phi) + 1;
+    return {a, index_in(light_, basis.light_functions[pair.y])};
+  }
   /// Estimated size in the file.
-  double bytes() const;
-  ProductBases bases() const;
+  double bytes() const {
+    std::vector<float> values;
+    for (const auto* list : {&view_, &light_})
+      for (const auto& function : *list) values.insert(values.end(), function.begin(), function.end());
+    return coded_bytes(values, 1, 32);
+  }
+  ProductBases bases() const {
+    ProductBases result;
+    for (const auto& function : view_)
+      result.view.insert(result.view.end(), function.begin(), function.end());
+    for (const auto& function : light_)
+      for (std::size_t i = 0; i + 2 < function.size(); i += 3)
+        result.light.emplace_back(function[i], function[i + 1], function[i + 2]);
+    return result;
+  }
 
  private:
+  static int index_in(std::vector<std::vector<float>>& list, const std::vector<float>& function) {
+    const auto found = std::ranges::find(list, function);
+    const auto index = static_cast<int>(found - list.begin());
+    if (found == list.end()) list.push_back(function);
+    return index;
+  }
+
   std::vector<std::vector<float>> view_;
   std::vector<std::vector<float>> light_;
 };
 
 namespace {
-
-int index_in(std::vector<std::vector<float>>& list, const std::vector<float>& function) {
-  const auto found = std::ranges::find(list, function);
-  const auto index = static_cast<int>(found - list.begin());
-  if (found == list.end()) list.push_back(function);
-  return index;
-}
 
 constexpr int max_lights = 512;
 constexpr std::size_t level_view_functions = 12;
@@ -138,29 +156,6 @@ double mean_squared_error(const LevelTruth& truth, const ImageOfPair& image) {
 }
 
 }  // namespace
-
-V2i BasisList::add(const BasisFit& basis, const V2i& pair) {
-  const std::vector<float>& phi = basis.view_functions[pair.x];
-  const bool constant = std::ranges::all_of(phi, [](float value) { return value == 1; });
-  const int a = constant ? 0 : index_in(view_, phi) + 1;
-  return {a, index_in(light_, basis.light_functions[pair.y])};
-}
-
-double BasisList::bytes() const {
-  std::vector<float> values;
-  for (const auto* list : {&view_, &light_})
-    for (const auto& function : *list) values.insert(values.end(), function.begin(), function.end());
-  return coded_bytes(values, 1, 32);
-}
-
-ProductBases BasisList::bases() const {
-  ProductBases result;
-  for (const auto& function : view_) result.view.insert(result.view.end(), function.begin(), function.end());
-  for (const auto& function : light_)
-    for (std::size_t i = 0; i + 2 < function.size(); i += 3)
-      result.light.emplace_back(function[i], function[i + 1], function[i + 2]);
-  return result;
-}
 
 std::vector<LevelTruth> level_truths(const PairSamples& truth) {
   std::vector<LevelTruth> levels{{truth.width, truth.height, {}}};

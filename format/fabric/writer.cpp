@@ -154,48 +154,46 @@ struct FabricParts {
 
   /// `path` is used in messages; the fabric must outlive the result.
   static Result<FabricParts> plan(const std::string& path, const Fabric& fabric,
-                                  const FabricWriteOptions& options);
+                                  const FabricWriteOptions& options) {
+    const auto failed = [&](Error error) {
+      error.file = path;
+      return tl::unexpected(std::move(error));
+    };
+    if (const auto& yarns = fabric.levels.front().yarns()) {
+      const YarnMap& map = yarns->data().map;
+      if (auto ok = validate(yarns->data(), map.yarn_period(fabric.period_mm)); !ok)
+        return failed(ok.error());
+      if (!map.empty() && map.kinds != fabric.texels())
+        return failed(Error{Code::fabric_malformed, {}, "map", "does not have one texel for each stitch"});
+    }
+    FabricHeader header;
+    FabricParts result{{new_part(fabric, names::part_preview)}, {}, {}};
+    for (const char* channel : names::preview_channels) result.parts[0].channels.push_back({channel});
+    for (const Side side : all_sides) {
+      const Fabric* const sided = side == Side::front ? &fabric : fabric.find_side(side);
+      if (sided == nullptr) continue;
+      auto added = add_side(*sided, layer_shape_of(fabric).yarns, options, result.parts, result.layers);
+      if (!added) return failed(added.error());
+      if (side == Side::front)
+        header = std::move(*added);
+      else
+        header.sides.push_back(std::move(*added));
+    }
+    if (result.layers.empty()) return fail(Code::fabric_malformed, path, "layers", "the fabric has no layer");
+    const std::string text = header_to_json(header);
+    const std::string digest = header_digest(text, result.parts);
+    auto& attributes = result.parts.front().attributes;
+    attributes[names::attribute_fabric] = text;
+    attributes[names::attribute_digest] = digest;
+    result.preview = preview_of(as_stored(fabric.levels.front(), options.half_layers), fabric);
+    return result;
+  }
   ExrPixels pixels(int part, int level) const {
     if (part == 0) return preview;
     const auto& [side, kind, shape] = layers[part - 1];
     return pixels_at(*side, kind, shape, level);
   }
 };
-
-Result<FabricParts> FabricParts::plan(const std::string& path, const Fabric& fabric,
-                                      const FabricWriteOptions& options) {
-  const auto failed = [&](Error error) {
-    error.file = path;
-    return tl::unexpected(std::move(error));
-  };
-  if (const auto& yarns = fabric.levels.front().yarns()) {
-    const YarnMap& map = yarns->data().map;
-    if (auto ok = validate(yarns->data(), map.yarn_period(fabric.period_mm)); !ok) return failed(ok.error());
-    if (!map.empty() && map.kinds != fabric.texels())
-      return failed(Error{Code::fabric_malformed, {}, "map", "does not have one texel for each stitch"});
-  }
-  FabricHeader header;
-  FabricParts result{{new_part(fabric, names::part_preview)}, {}, {}};
-  for (const char* channel : names::preview_channels) result.parts[0].channels.push_back({channel});
-  for (const Side side : all_sides) {
-    const Fabric* const sided = side == Side::front ? &fabric : fabric.find_side(side);
-    if (sided == nullptr) continue;
-    auto added = add_side(*sided, layer_shape_of(fabric).yarns, options, result.parts, result.layers);
-    if (!added) return failed(added.error());
-    if (side == Side::front)
-      header = std::move(*added);
-    else
-      header.sides.push_back(std::move(*added));
-  }
-  if (result.layers.empty()) return fail(Code::fabric_malformed, path, "layers", "the fabric has no layer");
-  const std::string text = header_to_json(header);
-  const std::string digest = header_digest(text, result.parts);
-  auto& attributes = result.parts.front().attributes;
-  attributes[names::attribute_fabric] = text;
-  attributes[names::attribute_digest] = digest;
-  result.preview = preview_of(as_stored(fabric.levels.front(), options.half_layers), fabric);
-  return result;
-}
 
 }  // namespace
 
