@@ -6,11 +6,9 @@
 #include <cmath>
 
 namespace selvedge {
-namespace {
 
-/// Three numbers and an intensity for each light.
-void add_light_list(Options& options, const char* name, const std::string& help, LightKind kind,
-                    std::vector<Light>& lights) {
+void add_lights(Options& options, const char* name, LightKind kind, std::vector<Light>& lights,
+                const std::string& help) {
   options.list(name, "X,Y,Z[,I]", help, [name, kind, &lights](const std::vector<std::string>& texts) {
     for (const std::string& text : texts) {
       const auto n = parse_number_list(name, text, ',', 3, 4, "0,0.6,0.8 or 0,0.6,0.8,2");
@@ -27,8 +25,6 @@ void add_light_list(Options& options, const char* name, const std::string& help,
     }
   });
 }
-
-}  // namespace
 
 void add_camera(Options& options, CameraOptions& camera) {
   options.number("--azimuth", camera.azimuth, "DEGREES", "0 faces the scene's front (+z), 90 its +x side");
@@ -65,17 +61,6 @@ std::optional<V3d> unit_vector(const V3d& v) {
   return V3d(std::scalbn(v.x, exponent), std::scalbn(v.y, exponent), std::scalbn(v.z, exponent)).normalized();
 }
 
-void add_lights(Options& options, std::vector<Light>& lights, const std::string& help) {
-  add_light_list(options, "--light", help, LightKind::directional, lights);
-}
-
-void add_point_lights(Options& options, std::vector<Light>& lights) {
-  add_light_list(options, "--point-light",
-                 "Place of a light in metres, in the scene's axes, and its intensity at a distance of 1 m "
-                 "(default 1); may be repeated",
-                 LightKind::point, lights);
-}
-
 void add_fps(Options& options, double& fps) {
   options
       .number("--fps", fps, "N", "Frames a second while something moves: larger pixels where they take long")
@@ -99,11 +84,6 @@ void add_environment(Options& options, std::string& name, EnvironmentOptions& en
     options.refuse_if(name == "none", "has no effect with --environment none",
                       {"--environment-turn", "--environment-strength"});
   });
-}
-
-void add_place(Options& options, const std::string& help, std::function<void(SwatchView)> read) {
-  options.choice("--place", swatch_view_names, help,
-                 [read = std::move(read)](std::size_t index) { read(static_cast<SwatchView>(index)); });
 }
 
 }  // namespace selvedge

@@ -1,7 +1,6 @@
-// Options that several verbs share: cameras, scenes, lights, environments, frames, places of a swatch.
+// Options that several verbs share: cameras, scenes, lights, environments, frames.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,7 +10,6 @@
 #include "format/picture/environment.h"
 #include "format/scene/camera.h"
 #include "format/scene/lights.h"
-#include "format/scene/swatch.h"
 
 namespace selvedge {
 
@@ -28,10 +26,9 @@ void add_limits(Options& options, SceneLimits& limits);
 /// Precondition: they are finite.
 std::optional<V3d> unit_vector(const V3d& v);
 
-/// --light: directions with intensities, added to `lights`.
-void add_lights(Options& options, std::vector<Light>& lights, const std::string& help);
-/// --point-light: positions with intensities.
-void add_point_lights(Options& options, std::vector<Light>& lights);
+/// Directions, or positions of points, with intensities, added to `lights`.
+void add_lights(Options& options, const char* name, LightKind kind, std::vector<Light>& lights,
+                const std::string& help);
 
 /// --environment with its turn and strength; `otherwise` says what is taken without it.
 void add_environment(Options& options, std::string& name, EnvironmentOptions& environment,
@@ -39,8 +36,5 @@ void add_environment(Options& options, std::string& name, EnvironmentOptions& en
 
 /// --fps.
 void add_fps(Options& options, double& fps);
-
-/// --place: the camera of a swatch.
-void add_place(Options& options, const std::string& help, std::function<void(SwatchView)> read);
 
 }  // namespace selvedge

@@ -43,17 +43,14 @@ void widen_redraw(Redraw& change, bool changed, Redraw to) {
 }
 
 /// Lines of the panel that edit values of the frame.
-void slider(Redraw& change, const char* name, int& value, int min, int max, const char* format = "%d") {
+template <class Number>
+void slider(Redraw& change, const char* name, Number& value, std::type_identity_t<Number> min,
+            std::type_identity_t<Number> max, const char* format = "%d", ImGuiSliderFlags flags = 0) {
+  constexpr int type = std::is_integral_v<Number> ? ImGuiDataType_S32 : ImGuiDataType_Float;
   label(name);
-  widen_redraw(change, ImGui::SliderInt(fmt::format("##{}", name).c_str(), &value, min, max, format),
-               Redraw::frame);
-}
-
-void slider(Redraw& change, const char* name, float& value, float min, float max, const char* format,
-            ImGuiSliderFlags flags = 0) {
-  label(name);
-  widen_redraw(change, ImGui::SliderFloat(fmt::format("##{}", name).c_str(), &value, min, max, format, flags),
-               Redraw::frame);
+  widen_redraw(
+      change, ImGui::SliderScalar(fmt::format("##{}", name).c_str(), type, &value, &min, &max, format, flags),
+      Redraw::frame);
 }
 
 bool check_box(Redraw& change, const char* name, bool& value) {

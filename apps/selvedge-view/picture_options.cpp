@@ -43,10 +43,12 @@ void add_repeats(Options& options, SwatchOptions& swatch) {
 
 void add_light(Options& options, PictureOptions& picture) {
   options.begin_group("Light and picture");
-  add_lights(options, picture.lights,
+  add_lights(options, "--light", LightKind::directional, picture.lights,
              "Direction to a light, and its intensity (default 1: the picture shows 1/sr); may be repeated. "
              "Without any: the lights of the scene, or else the environment");
-  add_point_lights(options, picture.lights);
+  add_lights(options, "--point-light", LightKind::point, picture.lights,
+             "Place of a light in metres, in the scene's axes, and its intensity at a distance of 1 m "
+             "(default 1); may be repeated");
   options.choice("--light-frame", frame_names,
                  "Axes of --light: the scene's, or the camera's (right, up, towards the viewer)",
                  [&picture](std::size_t index) { picture.lights_in_camera_frame = index == 1; });

@@ -88,9 +88,10 @@ void add_swatch(Options& options, RenderCommand& command) {
   options.number("--pixels-per-texel", swatch.pixels_per_texel, "N", "Size of a texel of the level");
   options.vector("--view", swatch.view, "X,Y,Z",
                  "Direction towards the viewer, in the fabric's frame (default 0,0,1)");
-  add_place(options,
-            "Instead: in perspective from a place and under the lights of `selvedge truth`; --size counts",
-            [&command](SwatchView place) { command.place = place; });
+  options.choice(
+      "--place", swatch_view_names,
+      "Instead: in perspective from a place and under the lights of `selvedge truth`; --size counts",
+      [&command](std::size_t index) { command.place = static_cast<SwatchView>(index); });
 }
 
 }  // namespace

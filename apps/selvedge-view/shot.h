@@ -7,6 +7,7 @@
 
 #include "apps/common/run_key.h"
 #include "apps/selvedge-view/picture_options.h"
+#include "format/scene/swatch.h"
 #include "viewer/accuracy.h"
 #include "viewer/load.h"
 

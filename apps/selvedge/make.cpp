@@ -134,10 +134,8 @@ void add_bake(Options& options, MakeCommand& command) {
       .advanced();
   static constexpr std::array<std::string_view, 2> roads{"lines", "paths"};
   options
-      .choice("--indirect", roads,
-              fmt::format("Light between yarns: along lines through the yarn, or paths on a mesh of it [{}]",
-                          name_of(bake.indirect)),
-              [&bake](std::size_t index) { bake.indirect = static_cast<IndirectLight>(index); })
+      .choice("--indirect", roads, bake.indirect,
+              "Light between yarns: along lines through the yarn, or paths on a mesh of it")
       .advanced();
   add_bounces(options, bake.bounces);
   options
@@ -148,10 +146,7 @@ void add_bake(Options& options, MakeCommand& command) {
       .number("--truth-samples", bake.truth_samples, "N", "The same per texel and pair, rounded down to even")
       .advanced();
   static constexpr std::array<std::string_view, 2> sides{"front", "both"};
-  options.choice("--sides", sides,
-                 fmt::format("both: also the back, for cloth that lets light through [{}]",
-                             sides[bake.both_sides ? 1 : 0]),
-                 [&bake](std::size_t index) { bake.both_sides = index == 1; });
+  options.choice("--sides", sides, bake.both_sides, "both: also the back, for cloth that lets light through");
   static constexpr std::array<std::string_view, 2> on_off{"on", "off"};
   options.choice("--yarns", on_off, "Store the yarn itself: sharp close by",
                  [&bake](std::size_t index) { bake.stores_yarns = index == 0; });

@@ -1,6 +1,4 @@
 // truth: a ray-traced picture of a stitch, flat and repeated.
-#include <fmt/format.h>
-
 #include "apps/common/shared_options.h"
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
@@ -27,13 +25,10 @@ void declare(Options& options, TruthCommand& command) {
       .output(command.output, "The picture: .png as people see it, .exr linear with opacity",
               {".png", ".exr"})
       .required();
-  add_place(
-      options,
-      fmt::format("Camera of the swatch [{}]", swatch_view_names[static_cast<std::size_t>(command.place)]),
-      [&command](SwatchView place) { command.place = place; });
+  options.choice("--place", swatch_view_names, command.place, "Camera of the swatch");
   options.size("--size", command.size, "Size of the picture in pixels", 1, 8192);
   add_lights(
-      options, command.lights,
+      options, "--light", LightKind::directional, command.lights,
       "Direction to a light in the cloth's frame, and its intensity; may be repeated (a key light of 1 "
       "and a fill light of 0.3)");
   TruthOptions& trace = command.trace;
