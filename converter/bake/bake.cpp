@@ -128,40 +128,6 @@ void sample_all(Baked& baked, const BakeOptions& o, std::size_t at_once, const P
   report.indirect = o.indirect;
 }
 
-Baked baked_mesh(const CellMesh& given, const std::string& name, const BakeOptions& options,
-                 const std::string& provenance, const Progress& progress) {
-  const Stopwatch watch;
-  BakeOptions o = options;
-  value_or_throw(check_options(o, name));
-  const auto traced = value_or_throw(trace_cell(given, name));
-  Baked baked;
-  BakeReport& report = baked.report;
-  CellMesh mesh = given;
-  if (o.stores_yarns) mesh.yarns = stored_yarns(given, report);
-  YarnCell cell = yarn_cell_of(mesh);
-  cell.thickness = traced.thickness_mm();
-  const double plane = plane_height_fraction * cell.thickness;
-
-  Samples& samples = baked.samples;
-  SamplesHeader& header = samples.header = samples_header(cell, digest_of(mesh), o, plane, provenance);
-  const TexelBaker baker(traced.scene, o.bounces, V2i(o.width, o.height), plane / traced.mm_per_unit);
-  if (header.yarns.curves > 0) samples.yarns = lit_yarns(cell, o, header, report);
-  // One after the other: rays take all threads for one.
-  sample_all(
-      baked, o, 1, progress, 0,
-      [&](const V3f& view, std::span<const V3f> lights, int v, NoiseSum& noise) {
-        ViewSamples seen = baker.bake_view(view, lights, o.samples, seed_of(o.seed, stream_views, v), noise);
-        if (view.z < 0)
-          for (V3f& normal : seen.normal) normal = mirrored(normal);
-        return seen;
-      },
-      [&](const DirectionPair& pair, PairKind kind, int p, NoiseSum& noise) {
-        return baker.bake_pair(pair, header.truth_samples, seed_of(o.seed, stream_of(kind), p), noise);
-      });
-  report.seconds = watch.seconds();
-  return baked;
-}
-
 YarnCell with_fewer_stations(YarnCell cell) {
   constexpr int fewest = 4;
   for (YarnCurve& curve : cell.yarns.curves)
@@ -169,57 +135,86 @@ YarnCell with_fewer_stations(YarnCell cell) {
   return cell;
 }
 
-Baked baked_yarn(const YarnCell& given, const std::string& name, const BakeOptions& options,
-                 const std::string& provenance, const Progress& progress) {
-  const Stopwatch watch;
-  // So much cloth is hardly seen close by.
-  constexpr int many_stations = 1 << 16;
-  const bool is_huge = counts_of(given.yarns).stations > many_stations;
-  const YarnCell cell = is_huge ? with_fewer_stations(given) : given;
-  BakeOptions o = options;
-  o.stores_yarns = true;
-  o.indirect = IndirectLight::lines;
-  o.bounces = unlimited_bounces;
-  value_or_throw(check_options(o, name));
-  for (int* points : {&o.samples, &o.truth_samples})
-    *points = points_per_texel(V2i(o.width, o.height), *points);
-  const double plane = plane_height_fraction * cell.thickness;
-  Baked baked;
-  Samples& samples = baked.samples;
-  SamplesHeader& header = samples.header = samples_header(cell, digest_of(cell), o, plane, provenance);
-  // Light takes about a fifth of the time of charts of many stitches.
-  constexpr double light_part = 0.2;
-  const Progress of_light = [&](double fraction) { progress(light_part * fraction); };
-  samples.yarns = lit_yarns(cell, o, header, baked.report, is_huge, progress ? of_light : Progress());
-  YarnSampler sampler(std::move(samples.yarns), cell, header.reference_height, V2i(o.width, o.height),
-                      o.both_sides);
-  constexpr std::size_t at_once = 32;
-  sample_all(
-      baked, o, at_once, progress, light_part,
-      [&](const V3f& view, std::span<const V3f> lights, int, NoiseSum& noise) {
-        return sampler.sample_view(view, lights, o.samples, noise);
-      },
-      [&](const DirectionPair& pair, PairKind, int, NoiseSum& noise) {
-        return sampler.sample_pair(pair, header.truth_samples, noise);
-      });
-  if (options.stores_yarns)
-    samples.yarns = sampler.take_yarn();
-  else
-    header.yarns = {};
-  baked.report.seconds = watch.seconds();
-  return baked;
-}
-
 }  // namespace
 
-Result<Baked> bake(const CellMesh& mesh, const std::string& name, const BakeOptions& options,
+Result<Baked> bake(const CellMesh& given, const std::string& name, const BakeOptions& options,
                    const std::string& provenance, const Progress& progress) {
-  return catch_failure([&] { return baked_mesh(mesh, name, options, provenance, progress); });
+  return catch_failure([&] {
+    const Stopwatch watch;
+    BakeOptions o = options;
+    value_or_throw(check_options(o, name));
+    const auto traced = value_or_throw(trace_cell(given, name));
+    Baked baked;
+    BakeReport& report = baked.report;
+    CellMesh mesh = given;
+    if (o.stores_yarns) mesh.yarns = stored_yarns(given, report);
+    YarnCell cell = yarn_cell_of(mesh);
+    cell.thickness = traced.thickness_mm();
+    const double plane = plane_height_fraction * cell.thickness;
+
+    Samples& samples = baked.samples;
+    SamplesHeader& header = samples.header = samples_header(cell, digest_of(mesh), o, plane, provenance);
+    const TexelBaker baker(traced.scene, o.bounces, V2i(o.width, o.height), plane / traced.mm_per_unit);
+    if (header.yarns.curves > 0) samples.yarns = lit_yarns(cell, o, header, report);
+    // One after the other: rays take all threads for one.
+    sample_all(
+        baked, o, 1, progress, 0,
+        [&](const V3f& view, std::span<const V3f> lights, int v, NoiseSum& noise) {
+          ViewSamples seen =
+              baker.bake_view(view, lights, o.samples, seed_of(o.seed, stream_views, v), noise);
+          if (view.z < 0)
+            for (V3f& normal : seen.normal) normal = mirrored(normal);
+          return seen;
+        },
+        [&](const DirectionPair& pair, PairKind kind, int p, NoiseSum& noise) {
+          return baker.bake_pair(pair, header.truth_samples, seed_of(o.seed, stream_of(kind), p), noise);
+        });
+    report.seconds = watch.seconds();
+    return baked;
+  });
 }
 
-Result<Baked> bake(const YarnCell& cell, const std::string& name, const BakeOptions& options,
+Result<Baked> bake(const YarnCell& given, const std::string& name, const BakeOptions& options,
                    const std::string& provenance, const Progress& progress) {
-  return catch_failure([&] { return baked_yarn(cell, name, options, provenance, progress); });
+  return catch_failure([&] {
+    const Stopwatch watch;
+    // So much cloth is hardly seen close by.
+    constexpr int many_stations = 1 << 16;
+    const bool is_huge = counts_of(given.yarns).stations > many_stations;
+    const YarnCell cell = is_huge ? with_fewer_stations(given) : given;
+    BakeOptions o = options;
+    o.stores_yarns = true;
+    o.indirect = IndirectLight::lines;
+    o.bounces = unlimited_bounces;
+    value_or_throw(check_options(o, name));
+    for (int* points : {&o.samples, &o.truth_samples})
+      *points = points_per_texel(V2i(o.width, o.height), *points);
+    const double plane = plane_height_fraction * cell.thickness;
+    Baked baked;
+    Samples& samples = baked.samples;
+    SamplesHeader& header = samples.header = samples_header(cell, digest_of(cell), o, plane, provenance);
+    // Light takes about a fifth of the time of charts of many stitches.
+    constexpr double light_part = 0.2;
+    const Progress of_light = [&](double fraction) { progress(light_part * fraction); };
+    samples.yarns = lit_yarns(cell, o, header, baked.report, is_huge, progress ? of_light : Progress());
+    YarnSampler sampler(std::move(samples.yarns), cell, header.reference_height, V2i(o.width, o.height),
+                        o.both_sides);
+    constexpr std::size_t at_once = 32;
+    sample_all(
+        baked, o, at_once, progress, light_part,
+        [&](const V3f& view, std::span<const V3f> lights, int, NoiseSum& noise) {
+          return sampler.sample_view(view, lights, o.samples, noise);
+        },
+        [&](const DirectionPair& pair, PairKind, int, NoiseSum& noise) {
+          return sampler.sample_pair(pair, header.truth_samples, noise);
+        });
+    if (options.stores_yarns)
+      samples.yarns = sampler.take_yarn();
+    else
+      header.yarns = {};
+    baked.report.seconds = watch.seconds();
+    return baked;
+  });
 }
 
 }  // namespace selvedge

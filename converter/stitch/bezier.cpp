@@ -57,6 +57,12 @@ double polygon_length(const BezierSegment& segment) {
          (segment[3] - segment[2]).length();
 }
 
+double polygon_length(std::span<const BezierSegment> chain) {
+  double length = 0;
+  for (const BezierSegment& segment : chain) length += polygon_length(segment);
+  return length;
+}
+
 std::vector<CurveSpan> spans_of(const BezierSegment& segment, double max_length, double max_sag) {
   std::vector<CurveSpan> spans;
   split(segment, 0, 1, 0, max_length, max_sag, spans);

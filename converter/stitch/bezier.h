@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "format/base/vec.h"
@@ -16,6 +17,8 @@ V3d derivative_at(const BezierSegment& segment, double t);
 
 /// Sum of the control polygon's sides: an upper bound of the curve's length.
 double polygon_length(const BezierSegment& segment);
+/// The sum of these.
+double polygon_length(std::span<const BezierSegment> chain);
 
 /// The part t0 <= t <= t1 of a segment, and its chord. All points of it lie within `sag` of the chord.
 struct CurveSpan {

@@ -277,9 +277,7 @@ double relaxation_work(const StitchPattern& pattern, bool rough = false) {
   V3d points(0, 0, 0);            // of all yarns; times half their width; times its square
   double widest = 0;
   for (const Yarn& yarn : pattern.yarns) {
-    double length = 0;
-    for (const BezierSegment& segment : yarn.segments) length += polygon_length(segment);
-    const double count = std::max(12.0, points_per_radius * length / yarn.radius_mm);
+    const double count = std::max(12.0, points_per_radius * polygon_length(yarn.segments) / yarn.radius_mm);
     squares += count * count;
     points += count * V3d(1, half_width_of(yarn), std::pow(half_width_of(yarn), 2));
     widest = std::max(widest, half_width_of(yarn));
@@ -367,10 +365,8 @@ void tell_size(const StitchValues& values, const V2i& cells, const V2i& min_texe
   double radii = 0;
   for (std::size_t y = 0; y < drawn.pattern.yarns.size(); ++y) {
     const Yarn& yarn = drawn.pattern.yarns[y];
-    double length = 0;
-    if (woven)
-      for (const BezierSegment& segment : yarn.segments) length += polygon_length(segment);
-    else
+    double length = woven ? polygon_length(yarn.segments) : 0;
+    if (!woven)
       for (const KnitPart& part : drawn.parts[y]) length += part.length_mm;
     radii += yarn.plies * length / yarn.radius_mm;
   }
@@ -530,7 +526,7 @@ Result<FoundStitch> draft_in(const std::string& text, const std::string& path, c
   double thickness = 1;
   // A part of a large weave tells how thin its yarns have to be: all of them are relaxed once then.
   if (options.is_rough)
-    thickness = relaxer(draw_weave(corner_of(draft.weave, 12), name), options).radius_fraction;
+    thickness = relaxer(draw_weave(corner_of(draft.weave, 12, 12), name), options).radius_fraction;
   for (auto* yarns : {&draft.weave.warp, &draft.weave.weft})
     for (Yarn& yarn : *yarns) yarn.radius_mm *= thickness;
   const StitchPattern drawn = draw_weave(draft.weave, name);
@@ -577,43 +573,6 @@ const BuiltIn* built_in(const std::string& name) {
   return found == library().end() ? nullptr : &*found;
 }
 
-Result<FoundStitch> stitch_named(const std::string& name_or_path, const StitchSettings& settings,
-                                 const StartCallback& start, const Relaxer& relaxer, const KindLimit& kinds) {
-  if (const BuiltIn* stitch = built_in(name_or_path)) {
-    (void)arranged({}, 0, kinds, settings, name_or_path);
-    return relaxed(*stitch, settings, relaxer);
-  }
-  const std::string text = stitch_text_in(name_or_path);
-  const StitchText kind = kind_of_text(text, name_or_path);
-  FoundStitch found = kind == StitchText::draft
-                          ? value_or_throw(draft_in(text, name_or_path, settings, start, relaxer, kinds))
-                      : kind == StitchText::chart
-                          ? chart_in(text, name_or_path, settings, start, relaxer, kinds)
-                          : described_in(text, name_or_path, settings);
-  found.file_text = text;
-  return found;
-}
-
-StitchInfo info_of(const std::string& name_or_path) {
-  if (const BuiltIn* stitch = built_in(name_or_path)) return stitch->info;
-  const std::string text = stitch_text_in(name_or_path);
-  const StitchText kind = kind_of_text(text, name_or_path);
-  if (kind == StitchText::draft) {
-    const WifDraft draft = value_or_throw(read_wif(text, name_or_path));
-    return {name_or_path, draft.title, draft_parameters(draft.weave)};
-  }
-  if (kind == StitchText::description)
-    return {name_or_path, value_or_throw(read_stitch(text, name_or_path)).name, stitch_parameters()};
-  auto chart = value_or_throw(read_chart(text, name_or_path));
-  const std::string own_name = chart.name;
-  BuiltIn stitch = stitch_of(chart, name_or_path);
-  stitch.info.description = own_name;
-  for (StitchParameter& parameter : stitch.info.parameters)
-    if (const auto set = stitch.settings.find(parameter.name); set != stitch.settings.end())
-      parameter.default_value = set->second;
-  return stitch.info;
-}
-
 }  // namespace
 
 std::vector<StitchInfo> built_in_stitches() {
@@ -623,7 +582,25 @@ std::vector<StitchInfo> built_in_stitches() {
 }
 
 Result<StitchInfo> describe_stitch(const std::string& name_or_path) {
-  return catch_failure([&] { return info_of(name_or_path); });
+  return catch_failure([&]() -> StitchInfo {
+    if (const BuiltIn* stitch = built_in(name_or_path)) return stitch->info;
+    const std::string text = stitch_text_in(name_or_path);
+    const StitchText kind = kind_of_text(text, name_or_path);
+    if (kind == StitchText::draft) {
+      const WifDraft draft = value_or_throw(read_wif(text, name_or_path));
+      return {name_or_path, draft.title, draft_parameters(draft.weave)};
+    }
+    if (kind == StitchText::description)
+      return {name_or_path, value_or_throw(read_stitch(text, name_or_path)).name, stitch_parameters()};
+    auto chart = value_or_throw(read_chart(text, name_or_path));
+    const std::string own_name = chart.name;
+    BuiltIn stitch = stitch_of(chart, name_or_path);
+    stitch.info.description = own_name;
+    for (StitchParameter& parameter : stitch.info.parameters)
+      if (const auto set = stitch.settings.find(parameter.name); set != stitch.settings.end())
+        parameter.default_value = set->second;
+    return stitch.info;
+  });
 }
 
 nlohmann::ordered_json to_json(const StitchInfo& info) {
@@ -640,7 +617,21 @@ nlohmann::ordered_json to_json(const StitchInfo& info) {
 
 Result<FoundStitch> find_stitch(const std::string& name_or_path, const StitchSettings& settings,
                                 const StartCallback& start, const Relaxer& relaxer, const KindLimit& kinds) {
-  return catch_failure([&] { return stitch_named(name_or_path, settings, start, relaxer, kinds); });
+  return catch_failure([&]() -> Result<FoundStitch> {
+    if (const BuiltIn* stitch = built_in(name_or_path)) {
+      (void)arranged({}, 0, kinds, settings, name_or_path);
+      return relaxed(*stitch, settings, relaxer);
+    }
+    const std::string text = stitch_text_in(name_or_path);
+    const StitchText kind = kind_of_text(text, name_or_path);
+    FoundStitch found = kind == StitchText::draft
+                            ? value_or_throw(draft_in(text, name_or_path, settings, start, relaxer, kinds))
+                        : kind == StitchText::chart
+                            ? chart_in(text, name_or_path, settings, start, relaxer, kinds)
+                            : described_in(text, name_or_path, settings);
+    found.file_text = text;
+    return found;
+  });
 }
 
 Result<FoundStitch> find_stitch(const StitchEntry& entry, const StitchSettings& settings) {

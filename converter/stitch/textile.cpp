@@ -60,8 +60,7 @@ Result<TextileNumbers> textile_numbers(const StitchPattern& pattern, int stitche
     double roots = 0;
     for (const Yarn& yarn : pattern.yarns) {
       const double tex = tex_of(yarn.radius_mm, yarn.fibre_kind, yarn.packing);
-      double own = 0;
-      for (const BezierSegment& segment : yarn.segments) own += polygon_length(segment);
+      const double own = polygon_length(yarn.segments);
       numbers.tex.push_back(tex);
       weight += tex * own;
       roots += std::sqrt(tex) * own;

@@ -68,13 +68,12 @@ StitchPattern draw_weave(const Weave& weave, const std::string& name) {
   return pattern;
 }
 
-Weave corner_of(const Weave& weave, std::size_t yarns) {
+Weave corner_of(const Weave& weave, std::size_t warps, std::size_t wefts) {
   Weave corner = weave;
-  for (auto [all, widths] :
-       {std::pair(&corner.warp, &corner.warp_spacing_mm), std::pair(&corner.weft, &corner.weft_spacing_mm)}) {
-    all->resize(std::min(all->size(), yarns));
-    widths->resize(all->size());
-  }
+  corner.warp.resize(std::min(warps, weave.warp.size()));
+  corner.warp_spacing_mm.resize(corner.warp.size());
+  corner.weft.resize(std::min(wefts, weave.weft.size()));
+  corner.weft_spacing_mm.resize(corner.weft.size());
   corner.warp_is_over.clear();
   for (std::size_t j = 0; j < corner.weft.size(); ++j)
     for (std::size_t i = 0; i < corner.warp.size(); ++i)

@@ -24,7 +24,7 @@ struct Weave {
 /// matching sizes.
 StitchPattern draw_weave(const Weave& weave, const std::string& name);
 
-/// The first yarns of a weave each way.
-Weave corner_of(const Weave& weave, std::size_t yarns);
+/// The first yarns of a weave each way, all where there are fewer.
+Weave corner_of(const Weave& weave, std::size_t warps, std::size_t wefts);
 
 }  // namespace selvedge

@@ -514,14 +514,7 @@ Weave smallest_repeat(const WifSystem& warp, const WifSystem& weft, const std::v
   };
   const std::size_t across = repeat_of(warp, wefts, warps, 1);
   const std::size_t up = repeat_of(weft, warps, 1, warps);
-  Weave weave{warp.yarns, weft.yarns, warp.width_mm, weft.width_mm, {}};
-  weave.warp.resize(across);
-  weave.warp_spacing_mm.resize(across);
-  weave.weft.resize(up);
-  weave.weft_spacing_mm.resize(up);
-  for (std::size_t j = 0; j < up; ++j)
-    for (std::size_t i = 0; i < across; ++i) weave.warp_is_over.push_back(over[j * warps + i]);
-  return weave;
+  return corner_of({warp.yarns, weft.yarns, warp.width_mm, weft.width_mm, over}, across, up);
 }
 
 WifDraft draft_of(std::string_view text, nlohmann::ordered_json& cells) {

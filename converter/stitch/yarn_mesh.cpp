@@ -366,32 +366,6 @@ Hairs grow_hairs(const CellMesh& mesh) {
   return hairs;
 }
 
-CellMesh meshed(const StitchPattern& described, bool has_yarns) {
-  value_or_throw(validate(described, described.name));
-  const bool is_coarse = !has_yarns && hides_plies(described);
-  const StitchPattern pattern = is_coarse ? described : value_or_throw(lay_plies(described, described.name));
-  const auto any = [&](const auto& test) { return std::ranges::any_of(pattern.yarns, test); };
-  const bool glossy = any([](const Yarn& yarn) { return yarn.gloss.weight > 0 || yarn.fibre_kind != 0; });
-  const bool translucent = any([](const Yarn& yarn) { return yarn.transmission > 0; });
-  const TubeDetail detail = is_coarse ? coarse_tubes : detail_for(pattern);
-  CellMesh mesh;
-  mesh.period = pattern.period_mm;
-  for (const Yarn& yarn : pattern.yarns) {
-    add_tube(yarn, detail, mesh);
-    mesh.albedo.resize(mesh.positions.size(), yarn.albedo);
-    if (glossy) mesh.gloss.resize(mesh.positions.size(), yarn.gloss);
-    if (translucent) mesh.transmission.resize(mesh.positions.size(), static_cast<float>(yarn.transmission));
-  }
-  if (!glossy) mesh.fibre_directions.clear();
-  if (!has_yarns) return mesh;
-  mesh.yarns = stranded(described, pattern);
-  if (!is_varied(pattern)) return mesh;
-  const Yarns yarns(mesh.yarns, V2f(mesh.period));
-  for (const V3f& position : mesh.positions) mesh.yarn_places.push_back(place_of(position, yarns));
-  mesh.hairs = grow_hairs(mesh);
-  return mesh;
-}
-
 /// Nodes of a repeat beyond which they lie farther from their curves, at most twice as far from each other,
 /// for 0.3 dB in the middle distance; and beyond which farther still: a viewer's memory grows with them.
 constexpr double some_nodes = 1 << 12;
@@ -470,11 +444,9 @@ bool hides_plies(const StitchPattern& pattern) {
 
 double expected_hairs(const Yarn& yarn) {
   if (yarn.hairiness == 0) return 0;
-  double length = 0;
-  for (const BezierSegment& segment : yarn.segments) length += polygon_length(segment);
   // The mean of the cut exponential distribution.
   const double mean = 1 - max_hair_length_ratio / std::expm1(max_hair_length_ratio);
-  return yarn.hairiness * length / (mean * yarn.hair_mm);
+  return yarn.hairiness * polygon_length(yarn.segments) / (mean * yarn.hair_mm);
 }
 
 double cut_hairs(StitchPattern& pattern) {
@@ -536,8 +508,33 @@ Result<YarnCell> yarn_cell_of(const StitchPattern& pattern) {
   });
 }
 
-Result<CellMesh> mesh_stitch(const StitchPattern& pattern, bool has_yarns) {
-  return catch_failure([&] { return meshed(pattern, has_yarns); });
+Result<CellMesh> mesh_stitch(const StitchPattern& described, bool has_yarns) {
+  return catch_failure([&] {
+    value_or_throw(validate(described, described.name));
+    const bool is_coarse = !has_yarns && hides_plies(described);
+    const StitchPattern pattern =
+        is_coarse ? described : value_or_throw(lay_plies(described, described.name));
+    const auto any = [&](const auto& test) { return std::ranges::any_of(pattern.yarns, test); };
+    const bool glossy = any([](const Yarn& yarn) { return yarn.gloss.weight > 0 || yarn.fibre_kind != 0; });
+    const bool translucent = any([](const Yarn& yarn) { return yarn.transmission > 0; });
+    const TubeDetail detail = is_coarse ? coarse_tubes : detail_for(pattern);
+    CellMesh mesh;
+    mesh.period = pattern.period_mm;
+    for (const Yarn& yarn : pattern.yarns) {
+      add_tube(yarn, detail, mesh);
+      mesh.albedo.resize(mesh.positions.size(), yarn.albedo);
+      if (glossy) mesh.gloss.resize(mesh.positions.size(), yarn.gloss);
+      if (translucent) mesh.transmission.resize(mesh.positions.size(), static_cast<float>(yarn.transmission));
+    }
+    if (!glossy) mesh.fibre_directions.clear();
+    if (!has_yarns) return mesh;
+    mesh.yarns = stranded(described, pattern);
+    if (!is_varied(pattern)) return mesh;
+    const Yarns yarns(mesh.yarns, V2f(mesh.period));
+    for (const V3f& position : mesh.positions) mesh.yarn_places.push_back(place_of(position, yarns));
+    mesh.hairs = grow_hairs(mesh);
+    return mesh;
+  });
 }
 
 }  // namespace selvedge
