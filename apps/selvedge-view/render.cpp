@@ -179,12 +179,7 @@ struct VariantGroup {
 /// Draws all pictures, each by itself the one that its frame and variant alone give.
 class Series {
  public:
-  Series(const RenderCommand& command, Shot& shot)
-      : command_(command),
-        key_(command.key.digest()),
-        shot_(shot),
-        goal_(command.goal),
-        progress_("pictures", command.common.quiet) {
+  Series(const RenderCommand& command, Shot& shot) : command_(command), shot_(shot) {
     goal_.display = shot.look.display;
     std::vector<std::string> names;
     for (const ShotVariant& variant : shot.variants) names.push_back(variant.name);
@@ -308,10 +303,10 @@ class Series {
   }
 
   const RenderCommand& command_;
-  std::string key_;
+  std::string key_ = command_.key.digest();
   Shot& shot_;
-  PictureGoal goal_;
-  TerminalProgress progress_;
+  PictureGoal goal_ = command_.goal;
+  TerminalProgress progress_{"pictures", command_.common.quiet};
   std::vector<std::string> variant_names_;
   SeriesFiles files_;
   std::vector<std::string> paths_;

@@ -112,7 +112,8 @@ class ShowLoop {
     bool needs_last_picture = false;  ///< the report after the end shows the picture of the last events
   };
   ShowLoop(Options options, Window& window, PictureThread& background, const GlFunctions& gl,
-           const ShowState& state);
+           const ShowState& state)
+      : options_(std::move(options)), window_(window), background_(background), gl_(gl), state_(state) {}
 
   /// Until the window is closed. Throws Failure.
   void run() {
@@ -277,19 +278,19 @@ class ShowLoop {
   PictureThread& background_;
   const GlFunctions& gl_;
   std::vector<std::unique_ptr<OfferThumbnail>> offers_;
-  std::string input_;  ///< the garment or fabric that is shown
-  CameraOptions first_camera_;
+  std::string input_ = options_.input;  ///< the garment or fabric that is shown
   ShowState state_;
-  Panel panel_;
-  ScreenTexture shown_;
+  CameraOptions first_camera_ = state_.camera;
+  Panel panel_{window_};
+  ScreenTexture shown_{gl_};
   std::shared_ptr<const ShownPicture> picture_ = std::make_shared<const ShownPicture>();
   V2i window_size_{0, 0};
   Redraw pending_ = Redraw::scene;
   V2i requested_size_{0, 0};
   std::optional<V2d> requested_probe_;
   int generation_ = 0;
-  bool finished_ = false;  ///< picture and probe answer the last request
-  int settling_ = 0;       ///< frames that the panel still needs
+  bool finished_ = false;            ///< picture and probe answer the last request
+  int settling_ = frames_to_settle;  ///< frames that the panel still needs
   bool closes_ = false;
   std::optional<int> closes_after_;  ///< so many frames
   std::optional<PixelProbe> probe_;
@@ -300,19 +301,6 @@ class ShowLoop {
   std::string message_;
   Stopwatch clip_watch_;  ///< since the last frame of a clip
 };
-
-ShowLoop::ShowLoop(Options options, Window& window, PictureThread& background, const GlFunctions& gl,
-                   const ShowState& state)
-    : options_(std::move(options)),
-      window_(window),
-      background_(background),
-      gl_(gl),
-      input_(options_.input),
-      first_camera_(state.camera),
-      state_(state),
-      panel_(window),
-      shown_(gl),
-      settling_(frames_to_settle) {}
 
 struct ShowCommand {
   CommonOptions common;

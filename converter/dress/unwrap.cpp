@@ -411,10 +411,7 @@ void mend_skin(Columns& skin, std::size_t vertex) {
 class Unwrapper {
  public:
   Unwrapper(GltfDocument& document, int tex_coord, const PrimitivesInScene& in_scene)
-      : document_(document),
-        set_(tex_coord),
-        semantic_(fmt::format("TEXCOORD_{}", tex_coord)),
-        in_scene_(in_scene) {}
+      : document_(document), set_(tex_coord), in_scene_(in_scene) {}
 
   UnwrapReport unwrap(const std::set<PrimitiveIndex>& places) {
     for (const PrimitiveIndex& place : places) need_first_set(place);
@@ -554,7 +551,7 @@ class Unwrapper {
 
   GltfDocument& document_;
   int set_;
-  std::string semantic_;
+  std::string semantic_ = fmt::format("TEXCOORD_{}", set_);
   const PrimitivesInScene& in_scene_;
   double top_ = 0;
   std::map<PrimitiveIndex, std::size_t> without_area_;  ///< and without coordinates: the number of vertices

@@ -59,17 +59,7 @@ class RepeatLayer {
  public:
   RepeatLayer(const Cloth& cloth, const std::vector<ClothCell>& cells, const Yarns& yarns,
               const RepeatFrame& frame, const std::optional<Imath::Box2d>& region)
-      : cloth_(cloth),
-        cells_(cells),
-        yarns_(yarns),
-        joints_(joints_of(yarns)),
-        frame_(frame),
-        region_(region),
-        period_(frame.period),
-        repeat_(V2d(yarns.repeat()) / period_),
-        tile_(V2d(yarns.tile()) / period_),
-        scale_(std::sqrt(cloth.area / (cloth.uv_area * period_.x * period_.y))),
-        laid(cells.size()) {
+      : cloth_(cloth), cells_(cells), yarns_(yarns), frame_(frame), region_(region), laid(cells.size()) {
     for (int i = 0; i < static_cast<int>(cells.size()); ++i)
       numbers_[{cells[i].patch, cells[i].repeat_index.x, cells[i].repeat_index.y}] = i;
   }
@@ -259,12 +249,13 @@ class RepeatLayer {
   const Cloth& cloth_;
   const std::vector<ClothCell>& cells_;
   const Yarns& yarns_;
-  std::vector<YarnJoint> joints_;
+  std::vector<YarnJoint> joints_ = joints_of(yarns_);
   RepeatFrame frame_;
   std::optional<Imath::Box2d> region_;
-  V2d period_;         ///< mm, of a cell
-  V2d repeat_, tile_;  ///< of the fabric and of its variation, in cells
-  double scale_;       ///< m a mm
+  V2d period_ = frame_.period;                   ///< mm, of a cell
+  V2d repeat_ = V2d(yarns_.repeat()) / period_;  ///< of the fabric, in cells
+  V2d tile_ = V2d(yarns_.tile()) / period_;      ///< of its variation, in cells
+  double scale_ = std::sqrt(cloth_.area / (cloth_.uv_area * period_.x * period_.y));  ///< m a mm
   std::map<std::tuple<int, int, int>, int> numbers_;
 
  public:

@@ -24,13 +24,7 @@ float pixel_width(const V2f& period, const CellSize& size) {
 class PointShader {
  public:
   PointShader(const ShadingJob& job, const V2f& slope, const DepthGrid& seen, CellScratch& scratch)
-      : job_(job),
-        slope_(slope),
-        seen_(seen),
-        scratch_(scratch),
-        period_(image_period(job.yarn, seen.size)),
-        repeat_(seen.size.shows_map ? job.yarn.yarns().period() / V2f(job.yarn.yarns().data().map.kinds)
-                                    : period_) {}
+      : job_(job), slope_(slope), seen_(seen), scratch_(scratch) {}
 
   void shade_all() {
     const int together = job_.view.shading_block_size;
@@ -161,8 +155,10 @@ class PointShader {
   V2f slope_;
   const DepthGrid& seen_;
   CellScratch& scratch_;
-  V2f period_;
-  V2f repeat_;  ///< of pieces: a map moves them by whole stitches
+  V2f period_ = image_period(job_.yarn, seen_.size);
+  /// The repeat of pieces: a map moves them by whole stitches.
+  V2f repeat_ =
+      seen_.size.shows_map ? job_.yarn.yarns().period() / V2f(job_.yarn.yarns().data().map.kinds) : period_;
   ShadingBatch batch_{};
 };
 
@@ -380,49 +376,37 @@ void shade_hairs(const ShadingJob& job, std::size_t count, std::size_t share, bo
 }
 
 /// Collects the stations of light that pieces in sight ask for.
-class StationMarks {
- public:
-  StationMarks(const ShadingJob& job, CellScratch& scratch)
-      : job_(job),
-        data_(job.yarn.yarns().data()),
-        first_station_(job.yarn.yarns().geometry().first_station),
-        scratch_(scratch) {
-    ++scratch_.image;
-    const std::size_t stations = data_.station_light.size() / light_values_per_station;
-    const auto grow = [](std::vector<std::uint32_t>& marks, std::size_t size) {
-      if (marks.size() < size) marks.resize(size);
-    };
-    grow(scratch_.marked_pieces, job.pieces.segments.size());
-    grow(scratch_.marked_stations, stations);
-    scratch_.stations.clear();
-  }
-  void add_seen(const DepthGrid& seen) {
-    for (int row = 0; row < seen.height; ++row) {
-      const std::size_t begin = static_cast<std::size_t>(row) * seen.stride;
-      for (std::size_t i = begin; i < begin + seen.width; ++i)
-        if (seen.z[i] > no_depth) add(seen.piece[i]);
-    }
-  }
-  void add(std::int32_t piece) {
-    if (std::exchange(scratch_.marked_pieces[piece], scratch_.image) == scratch_.image) return;
-    const Yarns::Segment& s = job_.pieces.segments[piece];
-    const int count = data_.curves[s.curve].stations;
+void find_stations(const ShadingJob& job, CellScratch& scratch) {
+  const YarnData& data = job.yarn.yarns().data();
+  const auto grow = [](std::vector<std::uint32_t>& marks, std::size_t size) {
+    if (marks.size() < size) marks.resize(size);
+  };
+  ++scratch.image;
+  grow(scratch.marked_pieces, job.pieces.segments.size());
+  grow(scratch.marked_stations, data.station_light.size() / light_values_per_station);
+  scratch.stations.clear();
+  const auto add = [&](std::int32_t piece) {
+    if (std::exchange(scratch.marked_pieces[piece], scratch.image) == scratch.image) return;
+    const Yarns::Segment& s = job.pieces.segments[piece];
+    const int count = data.curves[s.curve].stations;
+    const int begin = job.yarn.yarns().geometry().first_station[s.curve];
     // A point's place along its piece lies between -1/4 and 5/4.
     const int first = static_cast<int>(std::floor(s.start_station - 0.25F * s.station_span));
     const int last = static_cast<int>(std::floor(s.start_station + 1.25F * s.station_span)) + 1;
     for (int k = first; k <= std::min(last, first + count); ++k) {
-      const auto station = static_cast<std::uint32_t>(first_station_[s.curve] + (k % count + count) % count);
-      if (std::exchange(scratch_.marked_stations[station], scratch_.image) != scratch_.image)
-        scratch_.stations.push_back(station);
+      const auto station = static_cast<std::uint32_t>(begin + (k % count + count) % count);
+      if (std::exchange(scratch.marked_stations[station], scratch.image) != scratch.image)
+        scratch.stations.push_back(station);
     }
+  };
+  const DepthGrid& seen = scratch.depths;
+  for (int row = 0; row < seen.height; ++row) {
+    const std::size_t begin = static_cast<std::size_t>(row) * seen.stride;
+    for (std::size_t i = begin; i < begin + seen.width; ++i)
+      if (seen.z[i] > no_depth) add(seen.piece[i]);
   }
-
- private:
-  const ShadingJob& job_;
-  const YarnData& data_;
-  std::span<const int> first_station_;
-  CellScratch& scratch_;
-};
+  for (const SeenHair& hair : scratch.seen_hairs) add(hair.piece);
+}
 
 /// Adds the yarn to the samples of an image.
 void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, CellScratch& scratch) {
@@ -446,11 +430,7 @@ void add_yarn(const CellYarn& yarn, const CellView& view, CellShadows& shadows, 
       make_front_lamps(yarn, view, pixel, seen_heights(pieces, scratch.depths, scratch.seen_hairs), shadows);
   const std::vector<LightSlot> slots = light_slots(yarn, view);
   ShadingJob job{yarn, pieces, view, lamps, slots, {}, width};
-  if (!view.size.is_whole()) {
-    StationMarks marks(job, scratch);
-    marks.add_seen(scratch.depths);
-    for (const SeenHair& hair : scratch.seen_hairs) marks.add(hair.piece);
-  }
+  if (!view.size.is_whole()) find_stations(job, scratch);
   std::vector<float> functions;
   if (view.has_station_table) {
     fill_station_table(yarn, view, view.size.is_whole() ? nullptr : &scratch.stations, scratch.station_table);

@@ -151,11 +151,7 @@ class SceneReader {
  public:
   /// `everything`: reads all nodes, and continues after an error.
   SceneReader(const GltfDocument& document, const SceneLimits& limits, bool everything, IssueSink& issues)
-      : document_(document),
-        limits_(limits),
-        memory_(limits.document.memory - std::min(limits.document.memory, document.memory_used)),
-        everything_(everything),
-        issues_(issues) {
+      : document_(document), limits_(limits), everything_(everything), issues_(issues) {
     limits_.vertices = std::min(limits_.vertices, max_unbacked_elements(document));
   }
 
@@ -454,7 +450,7 @@ class SceneReader {
 
   const GltfDocument& document_;
   SceneLimits limits_;
-  MemoryBudget memory_;
+  MemoryBudget memory_{limits_.document.memory - std::min(limits_.document.memory, document_.memory_used)};
   MemoryBudget moved_vertices_{max_moved_vertices};
   bool everything_;
   IssueSink& issues_;

@@ -17,12 +17,7 @@ constexpr std::size_t deep_pixels_per_task = 1024;
 /// Shades pixels, and composites them behind the pixels' colours.
 class Painter {
  public:
-  Painter(const FrameScene& scene, const BandPixels& pixels)
-      : scene_(scene),
-        pixels_(pixels),
-        min_transparency_(scene.view.options.cells.min_transparency),
-        is_tinted_(!scene.view.tints.empty()),
-        samples_per_pixel_(scene.view.options.cells.is_moving ? 1 : parts) {}
+  Painter(const FrameScene& scene, const BandPixels& pixels) : scene_(scene), pixels_(pixels) {}
 
   /// Overwrites the next sixteen pixels of a row, or those left of its end. `pbr_at`: of a lane.
   template <class PbrAt>
@@ -188,12 +183,13 @@ class Painter {
 
   const FrameScene& scene_;
   const BandPixels& pixels_;
-  float min_transparency_;
-  bool is_tinted_;
+  float min_transparency_ = scene_.view.options.cells.min_transparency;
+  bool is_tinted_ = !scene_.view.tints.empty();
   CellPixels row_;
   static constexpr std::size_t parts = 4;
-  std::size_t samples_per_pixel_;  ///< one in a picture that moves, for speed
-  CellPixels parts_;               ///< quarters of pixels, where row_ has the pixels themselves
+  /// One in a picture that moves, for speed.
+  std::size_t samples_per_pixel_ = scene_.view.options.cells.is_moving ? 1 : parts;
+  CellPixels parts_;  ///< quarters of pixels, where row_ has the pixels themselves
   struct Waiting {
     int x = 0, y = 0;
     PbrPixel pbr;
@@ -234,15 +230,7 @@ class RowShader {
  public:
   RowShader(const FrameScene& scene, CellPass& cells, BandSurfaces& surfaces, int layers,
             const BandPixels& pixels, int task)
-      : cells_(cells),
-        surfaces_(surfaces),
-        layers_(layers),
-        pixels_(pixels),
-        task_(task),
-        first_(task * rows_per_task),
-        end_(std::min(first_ + rows_per_task, pixels.rows)),
-        blocks_(scene.view.options.blocks),
-        painter_(scene, pixels) {}
+      : scene_(scene), cells_(cells), surfaces_(surfaces), layers_(layers), pixels_(pixels), task_(task) {}
 
   /// Finds the nearest surfaces, and the ones of the other side behind them; notes the cell images of the
   /// nearest.
@@ -386,13 +374,15 @@ class RowShader {
     }
   }
 
+  const FrameScene& scene_;
   CellPass& cells_;
   BandSurfaces& surfaces_;
   int layers_;
   const BandPixels& pixels_;
-  int task_, first_, end_;
-  const FrameBlocks* blocks_;
-  Painter painter_;
+  int task_;
+  int first_ = task_ * rows_per_task, end_ = std::min(first_ + rows_per_task, pixels_.rows);
+  const FrameBlocks* blocks_ = scene_.view.options.blocks;
+  Painter painter_{scene_, pixels_};
   LayerCount count_;
   std::vector<std::uint32_t> deep_;  ///< pixels, ascending
   std::vector<Group> transparency_;  ///< of the rows' pixels: what is seen through the nearest surface

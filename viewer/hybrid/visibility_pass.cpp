@@ -108,13 +108,7 @@ void VisibilityPass::bind_surface(std::size_t surface) const {
 
 VisibilityPass::VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh, const Materials& materials,
                                const FrameBands& bands)
-    : gl_(gl),
-      mesh_(mesh),
-      materials_(materials),
-      has_pbr_(materials.needs_pbr()),
-      objects_(gl),
-      target_objects_(gl),
-      array_(objects_.vertex_array()) {
+    : gl_(gl), mesh_(mesh), materials_(materials) {
   const std::size_t vertices = mesh.positions.size();
   clip_ = objects_.buffer(vertices * sizeof(V4f), nullptr, GL_DYNAMIC_STORAGE_BIT);
   indices_ =

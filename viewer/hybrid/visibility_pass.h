@@ -114,13 +114,13 @@ class VisibilityPass {
   const GlFunctions& gl_;
   const MergedSurfaces& mesh_;
   const Materials& materials_;
-  bool has_pbr_;
-  GlObjects objects_;
-  GlObjects target_objects_;
+  bool has_pbr_ = materials_.needs_pbr();
+  GlObjects objects_{gl_};
+  GlObjects target_objects_{gl_};
   FrameBands bands_{0, 0, 0};
   std::array<GLuint, 2> programs_{};   ///< of round 0, of the others
   std::array<GLuint, 18> samplers_{};  ///< three wrap modes along u, three along v, nearest or linear
-  GLuint array_ = 0;
+  GLuint array_ = objects_.vertex_array();
   GLuint clip_ = 0;
   GLuint indices_ = 0;
   std::array<std::array<Target, 2>, 2> targets_{};  ///< [side][round % 2]
