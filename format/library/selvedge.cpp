@@ -12,26 +12,6 @@
 
 namespace selvedge {
 
-struct FabricFile::State {
-  Fabric fabric;
-  FabricFacts facts;
-  std::vector<FabricYarnCurve> curves;
-
-  /// Null without yarn.
-  const Yarns* yarns() const { return fabric.levels.front().yarns().get(); }
-
-  /// Null if there is no such level.
-  const FabricLevel* level(int level) const {
-    return level >= 0 && level < facts.levels ? &fabric.levels[level] : nullptr;
-  }
-  /// The level, clamped, as one of `fabric`. Nothing if a number is not finite.
-  std::optional<double> level_at(double wanted, double u, double v) const;
-  void set(Fabric read);
-  /// None, with `problem` set, if the file is refused.
-  template <class Open>
-  static std::optional<FabricFile> read(const std::string& name, const Open& open, FabricProblem* problem);
-};
-
 namespace {
 
 FabricProblem problem_of(const Error& error) {
@@ -104,51 +84,59 @@ bool answer_all(std::span<const std::array<float, 3>> lights, std::span<const st
 }
 
 /// Samplers at one place, made anew where the view changes.
-class SamplersAt {
- public:
-  SamplersAt(const Fabric& fabric, double level, const V2d& uv) : fabric_(fabric), level_(level), uv_(uv) {}
-  const LightSampler& seen_from(const V3f& view) {
-    if (!sampler_ || view != view_) sampler_.emplace(fabric_, level_, uv_, view);
-    view_ = view;
-    return *sampler_;
+struct SamplersAt {
+  const Fabric& fabric;
+  double level;
+  V2d uv;
+  V3f view{0, 0, 0};
+  std::optional<LightSampler> sampler = {};
+  const LightSampler& seen_from(const V3f& other) {
+    if (!sampler || other != view) sampler.emplace(fabric, level, uv, other);
+    view = other;
+    return *sampler;
   }
-
- private:
-  const Fabric& fabric_;
-  double level_;
-  V2d uv_;
-  V3f view_{0, 0, 0};
-  std::optional<LightSampler> sampler_;
 };
 
 }  // namespace
 
+struct FabricFile::State {
+  Fabric fabric;
+  FabricFacts facts;
+  std::vector<FabricYarnCurve> curves;
+
+  /// Null without yarn.
+  const Yarns* yarns() const { return fabric.levels.front().yarns().get(); }
+
+  /// Null if there is no such level.
+  const FabricLevel* level(int level) const {
+    return level >= 0 && level < facts.levels ? &fabric.levels[level] : nullptr;
+  }
+  /// The level, clamped, as one of `fabric`. Nothing if a number is not finite.
+  std::optional<double> level_at(double wanted, double u, double v) const {
+    if (!std::isfinite(wanted) || !std::isfinite(u) || !std::isfinite(v)) return {};
+    return std::clamp(wanted, yarns() != nullptr ? -1.0 : 0.0, facts.levels - 1.0);
+  }
+  void set(Fabric read) {
+    fabric = std::move(read);
+    facts = facts_of(fabric);
+    if (yarns() != nullptr) curves = curves_of(yarns()->data());
+  }
+  /// None, with `problem` set, if the file is refused.
+  template <class Open>
+  static std::optional<FabricFile> read(const std::string& name, const Open& open, FabricProblem* problem) {
+    auto state = std::make_shared<State>();
+    const Result<void> result = catch_exceptions(name, [&]() -> Result<void> {
+      Result<FabricReader> reader = open();
+      if (!reader) return tl::unexpected(reader.error());
+      return reader->read().map([&](const Fabric& read) { state->set(arranged(read)); });
+    });
+    if (result) return FabricFile(std::move(state));
+    if (problem != nullptr) *problem = problem_of(result.error());
+    return {};
+  }
+};
+
 FabricFile::FabricFile(std::shared_ptr<const State> state) : state_(std::move(state)) {}
-
-void FabricFile::State::set(Fabric read) {
-  fabric = std::move(read);
-  facts = facts_of(fabric);
-  if (yarns() != nullptr) curves = curves_of(yarns()->data());
-}
-
-template <class Open>
-std::optional<FabricFile> FabricFile::State::read(const std::string& name, const Open& open,
-                                                  FabricProblem* problem) {
-  auto state = std::make_shared<State>();
-  const Result<void> result = catch_exceptions(name, [&]() -> Result<void> {
-    Result<FabricReader> reader = open();
-    if (!reader) return tl::unexpected(reader.error());
-    return reader->read().map([&](const Fabric& read) { state->set(arranged(read)); });
-  });
-  if (result) return FabricFile(std::move(state));
-  if (problem != nullptr) *problem = problem_of(result.error());
-  return {};
-}
-
-std::optional<double> FabricFile::State::level_at(double wanted, double u, double v) const {
-  if (!std::isfinite(wanted) || !std::isfinite(u) || !std::isfinite(v)) return {};
-  return std::clamp(wanted, yarns() != nullptr ? -1.0 : 0.0, facts.levels - 1.0);
-}
 
 std::optional<FabricFile> FabricFile::open(const std::string& path, FabricProblem* problem,
                                            const FabricReadOptions& options) {
@@ -239,7 +227,7 @@ bool FabricFile::sample_at(double level, double u, double v, std::span<const std
   if (!at) return false;
   for (const std::array<float, 3>& random : randoms)
     if (!std::ranges::all_of(random, [](float x) { return x >= 0 && x <= 1; })) return false;
-  SamplersAt samplers(state_->fabric, *at, V2d(u, v));
+  SamplersAt samplers{state_->fabric, *at, V2d(u, v)};
   return answer_all(randoms, views, out, [&](const V3f& random, const V3f& view) {
     V3d below_one(random);
     for (int i = 0; i < 3; ++i) below_one[i] = std::min(below_one[i], 1 - 0x1p-24);
@@ -259,7 +247,7 @@ bool FabricFile::pdf_at(double level, double u, double v, std::span<const std::a
                         std::span<const std::array<float, 3>> views, std::span<float> out) const {
   const auto at = state_->level_at(level, u, v);
   if (!at) return false;
-  SamplersAt samplers(state_->fabric, *at, V2d(u, v));
+  SamplersAt samplers{state_->fabric, *at, V2d(u, v)};
   return answer_all(lights, views, out,
                     [&](const V3f& light, const V3f& view) { return samplers.seen_from(view).pdf(light); });
 }

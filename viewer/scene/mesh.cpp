@@ -12,53 +12,17 @@ constexpr std::size_t chunk_size = 4096;
 /// Pixels by which a rasteriser may round a corner.
 constexpr float rounding = 1.0F / 64;
 
-/// The pixels whose centres lie within [low, high], a coordinate of the frame; first > last if there are
-/// none.
-struct PixelRange {
-  int first = 0;
-  int last = -1;
-};
-
-class TriangleSieve {
- public:
-  explicit TriangleSieve(const ProjectedVertices& projected) : projected_(projected) {}
-
-  /// Rows of the frame in which the triangle may cover the centre of a pixel.
-  PixelRange rows(const MergedTriangle& triangle) const {
-    const auto [x, y] = ranges(triangle);
-    return x.first <= x.last ? y : PixelRange{};
-  }
-
-  /// Twice the signed area, positive if the front is visible; also valid for corners behind the viewer.
-  double facing(const MergedTriangle& triangle) const {
-    const auto homogeneous = [&](std::size_t k) {
-      const Group& c = corner(triangle, k);
-      return V3d(static_cast<double>(c[0]), static_cast<double>(c[1]), static_cast<double>(c[2]));
-    };
-    return homogeneous(0).dot(homogeneous(1).cross(homogeneous(2)));
-  }
-
- private:
-  const Group& corner(const MergedTriangle& triangle, std::size_t k) const {
-    return projected_.screen[triangle.corners[k]];
-  }
-  std::array<PixelRange, 2> ranges(const MergedTriangle& triangle) const {
-    if (corner(triangle, 0)[2] > 0 && corner(triangle, 1)[2] > 0 && corner(triangle, 2)[2] > 0)
-      return {range(triangle, 0, projected_.width), range(triangle, 1, projected_.height)};
-    return {PixelRange{0, projected_.width - 1}, PixelRange{0, projected_.height - 1}};
-  }
-  PixelRange range(const MergedTriangle& triangle, std::size_t axis, int size) const {
-    const auto projected = [&](std::size_t k) { return corner(triangle, k)[axis] / corner(triangle, k)[2]; };
-    const auto [low, high] = std::minmax({projected(0), projected(1), projected(2)});
-    const float length = static_cast<float>(size);
-    const float first = std::ceil(low + 0.5F * length - 0.5F - rounding);
-    const float last = std::floor(high + 0.5F * length - 0.5F + rounding);
-    return {static_cast<int>(std::clamp(first, 0.0F, length)),
-            static_cast<int>(std::clamp(last, -1.0F, length - 1))};
-  }
-
-  const ProjectedVertices& projected_;
-};
+/// The first and last pixel whose centres may lie between the corners of a triangle before the viewer, along
+/// an axis of the frame; the first is beyond the last where it reaches no centre.
+V2i pixels_between(const std::array<Group, 3>& corners, std::size_t axis, int size) {
+  const auto projected = [&](std::size_t k) { return corners[k][axis] / corners[k][2]; };
+  const auto [low, high] = std::minmax({projected(0), projected(1), projected(2)});
+  const float length = static_cast<float>(size);
+  const float first = std::ceil(low + 0.5F * length - 0.5F - rounding);
+  const float last = std::floor(high + 0.5F * length - 0.5F + rounding);
+  return {static_cast<int>(std::clamp(first, 0.0F, length)),
+          static_cast<int>(std::clamp(last, -1.0F, length - 1))};
+}
 
 }  // namespace
 
@@ -156,19 +120,28 @@ double mean_depth_complexity(const MergedSurfaces& mesh, const ProjectedVertices
 
 std::vector<TriangleLists> list_bands(const MergedSurfaces& mesh, const ProjectedVertices& projected,
                                       std::span<const SurfaceMaterial> materials, int band_rows) {
-  const TriangleSieve sieve(projected);
   const std::size_t bands = (projected.height + band_rows - 1) / band_rows;
   std::vector<std::vector<TriangleLists>> parts((mesh.triangles.size() + chunk_size - 1) / chunk_size);
   parallel_chunks(mesh.triangles.size(), chunk_size, [&](std::size_t first, std::size_t end) {
     auto& part = parts[first / chunk_size];
     part.resize(bands);
     for (std::size_t i = first; i < end; ++i) {
-      const PixelRange rows = sieve.rows(mesh.triangles[i]);
-      if (rows.first > rows.last) continue;
-      const double facing = sieve.facing(mesh.triangles[i]);
+      std::array<Group, 3> corners;
+      for (std::size_t k = 0; k < 3; ++k) corners[k] = projected.screen[mesh.triangles[i].corners[k]];
+      V2i rows(0, projected.height - 1);
+      if (corners[0][2] > 0 && corners[1][2] > 0 && corners[2][2] > 0) {
+        rows = pixels_between(corners, 1, projected.height);
+        const V2i columns = pixels_between(corners, 0, projected.width);
+        if (columns.x > columns.y || rows.x > rows.y) continue;
+      }
+      const auto homogeneous = [&](std::size_t k) {
+        return V3d(corners[k][0], corners[k][1], corners[k][2]);
+      };
+      // Twice the signed area, also valid for corners behind the viewer.
+      const double facing = homogeneous(0).dot(homogeneous(1).cross(homogeneous(2)));
       const bool shows_back = facing < 0 && !materials[mesh.triangles[i].surface].culls_back;
       if (!(facing > 0 || shows_back)) continue;
-      for (int band = rows.first / band_rows; band <= rows.last / band_rows; ++band)
+      for (int band = rows.x / band_rows; band <= rows.y / band_rows; ++band)
         part[band][shows_back ? 1 : 0].push_back(static_cast<std::uint32_t>(i));
     }
   });
