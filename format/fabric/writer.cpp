@@ -97,50 +97,38 @@ struct SideLayer {
   LayerShape shape;
 };
 
-/// The layer's header, with the digests of its pixels.
-LayerHeader entry_for(const Fabric& fabric, LayerKind kind, const LayerShape& shape, const ExrPart& part) {
-  LayerHeader entry;
-  for (int k = 0; k < static_cast<int>(fabric.levels.size()); ++k) {
-    if (!is_stored(fabric, kind, k)) continue;
-    entry.levels.push_back(k);
-    entry.digests.push_back(digest_of(part, pixels_at(fabric, kind, shape, k)));
-    if (kind == LayerKind::products) entry.pairs.push_back(fabric.levels[k].pairs);
-  }
-  return entry;
-}
-
-/// Refuses values that a reader would refuse, such as the NaN of a fit.
-Result<void> check_stored(const Fabric& side, LayerKind kind, const LayerShape& shape) {
-  FabricLevel bases;
-  bases.width = side.texels().x;
-  bases.height = side.texels().y;
-  bases.bases = shared_bases(side);
-  IssueSink sink({});
-  for (int k = 0; k < static_cast<int>(side.levels.size()); ++k)
-    if (is_stored(side, kind, k))
-      check_values(kind == LayerKind::bases ? bases : side.levels[k], k, kind, shape, sink);
-  if (sink.has_error()) return tl::unexpected(sink.first_error());
-  return {};
-}
-
 /// The header of a side, whose parts and layers are appended. `yarns`: of the front.
 Result<FabricHeader> add_side(const Fabric& side, const YarnCounts& yarns, const FabricWriteOptions& options,
                               std::vector<ExrPart>& parts, std::vector<SideLayer>& layers) {
   FabricHeader header = header_without_layers(side);
   header.shape.yarns = yarns;
   const LayerShape& shape = header.shape;
+  FabricLevel bases;
+  bases.width = header.width;
+  bases.height = header.height;
+  bases.bases = shared_bases(side);
   for (const LayerKind kind : all_layers) {
-    bool stored = false;
-    for (int k = 0; k < header.levels; ++k) stored = stored || is_stored(side, kind, k);
-    if (!stored) continue;
+    std::vector<int> stored;  // levels
+    for (int k = 0; k < header.levels; ++k)
+      if (is_stored(side, kind, k)) stored.push_back(k);
+    if (stored.empty()) continue;
     if (!fits_exr_part(kind, shape))
       return fail(Code::fabric_malformed, {}, part_name(kind, side.side),
                   fmt::format("{} channels; a part has {} at most", channel_count(kind, shape),
                               ExrLimits{}.channels));
-    if (auto good = check_stored(side, kind, shape); !good) return tl::unexpected(good.error());
+    // Values that a reader would refuse are refused, such as the NaN of a fit.
+    IssueSink sink({});
+    for (const int k : stored)
+      check_values(kind == LayerKind::bases ? bases : side.levels[k], k, kind, shape, sink);
+    if (sink.has_error()) return tl::unexpected(sink.first_error());
     layers.push_back({&side, kind, shape});
     parts.push_back(data_part(side, kind, shape, options));
-    header.layer(kind) = entry_for(side, kind, shape, parts.back());
+    LayerHeader& entry = header.layer(kind).emplace();
+    entry.levels = stored;
+    for (const int k : stored) {
+      entry.digests.push_back(digest_of(parts.back(), pixels_at(side, kind, shape, k)));
+      if (kind == LayerKind::products) entry.pairs.push_back(side.levels[k].pairs);
+    }
   }
   return header;
 }
