@@ -99,20 +99,12 @@ std::string to_line(const Error& error) {
 
 constexpr std::size_t max_issues = 100;  // of each severity
 
-void IssueSink::add(Code code, std::string place, std::string message) {
-  add(Error{code, file_, std::move(place), std::move(message)});
-}
-
 void IssueSink::add(Error issue) {
   Kind& kind = kinds_.at(static_cast<std::size_t>(severity_of(issue.code)));
   if (++kind.count <= max_issues)
     issues_.push_back(std::move(issue));
   else if (!kind.first_dropped)
     kind.first_dropped = std::move(issue);
-}
-
-void IssueSink::add(const Issues& issues) {
-  for (const Error& issue : issues) add(issue);
 }
 
 Error IssueSink::first_error() const { return *std::ranges::find_if(issues_, is_error); }

@@ -106,10 +106,14 @@ class IssueSink {
  public:
   explicit IssueSink(std::string file) : file_(std::move(file)) {}
 
-  void add(Code code, std::string place, std::string message);
+  void add(Code code, std::string place, std::string message) {
+    add(Error{code, file_, std::move(place), std::move(message)});
+  }
   /// Issues that name their own file, which may differ from the sink's.
   void add(Error issue);
-  void add(const Issues& issues);
+  void add(const Issues& issues) {
+    for (const Error& issue : issues) add(issue);
+  }
 
   bool has_error() const { return error_count() > 0; }
   /// Number of errors so far, including those that are only counted.

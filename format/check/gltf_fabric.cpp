@@ -103,18 +103,16 @@ class FabricCheck {
       wrong(place + "/" + mime_type, fmt::format("has to be \"{}\"", fabric_mime_type));
     if (json.contains(name) && !json[name].is_string()) wrong(place + "/" + name, "is not a string");
     if (!fabric) return {};
-    if (json.contains(buffer_view)) check_view(index_of(json[buffer_view]), place + "/" + buffer_view);
+    for (const char* forbidden : {"byteStride", "target"})
+      if (json.contains(buffer_view) &&
+          !member(root_["bufferViews"][index_of(json[buffer_view])], forbidden).is_null())
+        wrong(place + "/" + buffer_view, fmt::format("buffer view {} has a {}, which is for vertices",
+                                                     index_of(json[buffer_view]), forbidden));
     // Entries may share a file or a view, which is checked once.
     const Json& source = json.contains(uri) ? json[uri] : json[buffer_view];
     const auto [known, fresh] = sources_.try_emplace(source.dump(), entries_.size());
     if (!fresh) return entries_[known->second];
     return check_source(*fabric, place);
-  }
-
-  void check_view(int view, const std::string& place) {
-    for (const char* forbidden : {"byteStride", "target"})
-      if (!member(root_["bufferViews"][view], forbidden).is_null())
-        wrong(place, fmt::format("buffer view {} has a {}, which is for vertices", view, forbidden));
   }
 
   Entry check_source(const SceneFabric& fabric, const std::string& place) {

@@ -168,10 +168,6 @@ Fabric turned_over(const Fabric& fabric) {
   return turned;
 }
 
-void FabricLevel::add_layer(LayerKind kind, int channels, float value) {
-  set_layer(kind, {channels, std::vector<float>(std::size_t{1} * texels() * channels, value)});
-}
-
 std::shared_ptr<const ProductBases> shared_bases(const Fabric& fabric) {
   for (const FabricLevel& level : fabric.levels)
     if (level.has(LayerKind::products)) return level.bases;

@@ -61,7 +61,9 @@ struct FabricLevel {
   const Layer& operator[](LayerKind kind) const { return layers_[index_of(kind)]; }
   void set_layer(LayerKind kind, Layer layer);
   /// Sets a layer of equal values.
-  void add_layer(LayerKind kind, int channels, float value = 0);
+  void add_layer(LayerKind kind, int channels, float value = 0) {
+    set_layer(kind, {channels, std::vector<float>(std::size_t{1} * texels() * channels, value)});
+  }
   void remove_layer(LayerKind kind) { layers_[index_of(kind)] = {}; }
   /// Copies texel values from the level `steps` coarser; keeps the yarn.
   void copy_texels(const FabricLevel& coarser, int steps);

@@ -79,7 +79,13 @@ class TextIo {
     if (has_lights) text.grid("lights", header.lights, limits_.directions);
     if (text.is_reading()) {
       require_layer(text, header, LayerKind::products, header, LayerKind::bases);
-      complete_shape(header);
+      LayerShape& shape = header.shape;
+      shape.views = header.views.count();
+      shape.lights = header.lights.count();
+      shape.level0_texel_count = header.width * header.height;
+      if (const auto& products = header.layer(LayerKind::products))
+        for (const auto& pairs : products->pairs)
+          shape.products = std::max(shape.products, static_cast<int>(pairs.size()));
     }
   }
 
@@ -208,18 +214,6 @@ class TextIo {
       if (header.has(LayerKind::frame, k) || header.has(LayerKind::opacity, k))
         return text.add_issue(fmt::format("level {} has a layer, but no reflectance", k));
     }
-  }
-
-  /// Sets the counts of the shape that depend on several members.
-  static void complete_shape(FabricHeader& header) {
-    LayerShape& shape = header.shape;
-    shape.views = header.views.count();
-    shape.lights = header.lights.count();
-    shape.level0_texel_count = header.width * header.height;
-    const auto& products = header.layer(LayerKind::products);
-    if (!products) return;
-    for (const auto& pairs : products->pairs)
-      shape.products = std::max(shape.products, static_cast<int>(pairs.size()));
   }
 
   FabricLimits limits_;

@@ -16,10 +16,6 @@ constexpr ValueRange finite;
 constexpr ValueRange not_negative{0, std::numeric_limits<float>::max(), "is negative or not finite"};
 constexpr ValueRange fraction{0, 1, "is outside of [0, 1]"};
 
-int values_of_bases(const LayerShape& shape) {
-  return shape.view_functions * shape.views + 3 * shape.light_functions * shape.lights;
-}
-
 /// Channels are, for each colour, rho, then the parameters of every lobe.
 std::string lobe_channel(const LayerShape& shape, int channel) {
   const int per_colour = parameter_count(shape.lobes);
@@ -66,7 +62,11 @@ constexpr std::array<LayerRow, all_layers.size()> rows{{
      [](const LayerShape&, int) { return fraction; }},
     {"light", [](const LayerShape& s) { return 3 * s.lights; }, colour_of_direction, all_not_negative},
     {"products", [](const LayerShape& s) { return s.products; }, number, all_finite},
-    {"bases", [](const LayerShape& s) { return channels_of(values_of_bases(s), s); }, number, all_finite},
+    {"bases",
+     [](const LayerShape& s) {
+       return channels_of(s.view_functions * s.views + 3 * s.light_functions * s.lights, s);
+     },
+     number, all_finite},
     {names::part_yarns, [](const LayerShape& s) { return channels_of(curve_value_count(s.yarns), s); },
      number, all_finite},
     {names::part_indirect, [](const LayerShape& s) { return channels_of(indirect_value_count(s.yarns), s); },

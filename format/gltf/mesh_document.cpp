@@ -67,7 +67,10 @@ class MeshDocument {
     } else {
       const PlyFile ply = value_or_throw(read_ply(bytes, document_.file));
       mesh_ = value_or_throw(ply_to_mesh(ply, document_.file));
-      read_comments(ply.comments);
+      constexpr std::string_view key = " TextureFile ";  // MeshLab's
+      std::string& picture = materials_[""].diffuse_map.file;
+      for (const std::string& comment : ply.comments)
+        if (comment.starts_with(key) && picture.empty()) picture = comment.substr(key.size());
     }
     decode_colours();
     make_primitives();
@@ -129,15 +132,6 @@ class MeshDocument {
     if (std::ranges::all_of(colours, [](const V3f& colour) { return colour == V3f(1); })) colours.clear();
     if (!mesh_.face_colours.values.empty())
       document_.remarks.emplace_back("colours of faces are left out; vertex colours are read");
-  }
-
-  /// The picture that MeshLab names in a comment.
-  void read_comments(const std::vector<std::string>& comments) {
-    constexpr std::string_view key = " TextureFile ";
-    MtlMaterial& material = materials_[""];
-    for (const std::string& comment : comments)
-      if (comment.starts_with(key) && material.diffuse_map.file.empty())
-        material.diffuse_map.file = comment.substr(key.size());
   }
 
   /// The triangles of each material, with and without texture coordinates, by the materials' names.

@@ -174,7 +174,10 @@ class SceneReader {
       return {};
     }
     read_nodes(roots(scene));
-    remark_on_unread_features();
+    if (!member(document_.json, "animations").is_null()) add_remark(scene_, "animations are not played");
+    for (const Json& name : array_member(document_.json, "extensionsUsed"))
+      if (name == names::gltf::variants && variant_ < 0)
+        add_remark(scene_, "KHR_materials_variants: the default materials are used");
     scene_.memory_left = memory_.unspent_bytes();
     return std::move(scene_);
   }
@@ -405,11 +408,8 @@ class SceneReader {
       const Json& children = array_member(node, "children");
       for (std::size_t c = children.size(); c-- > 0;) open.push_back({index_of(children[c]), world, visible});
     }
-    if (everything_ && !exhausted_) read_the_rest(visited);
-  }
-
-  /// Meshes and nodes that no scene shows.
-  void read_the_rest(const std::set<int>& visited) {
+    if (!everything_ || exhausted_) return;
+    // Meshes and nodes that no scene shows.
     for (int i = 0; i < static_cast<int>(array_member(document_.json, "nodes").size()); ++i)
       if (!visited.contains(i))
         add(Code::gltf_malformed, fmt::format("/nodes/{}", i), "the node is its own ancestor");
@@ -439,13 +439,6 @@ class SceneReader {
     const Result<int> found = find_entry(document_, option, wanted, entries);
     if (!found) add(found.error());
     return found.value_or(-1);
-  }
-
-  void remark_on_unread_features() {
-    if (!member(document_.json, "animations").is_null()) add_remark(scene_, "animations are not played");
-    for (const Json& name : array_member(document_.json, "extensionsUsed"))
-      if (name == names::gltf::variants && variant_ < 0)
-        add_remark(scene_, "KHR_materials_variants: the default materials are used");
   }
 
   const GltfDocument& document_;

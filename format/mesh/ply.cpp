@@ -185,8 +185,7 @@ const PlyProperty* PlyElement::find_list(std::initializer_list<std::string_view>
 }
 
 const PlyElement* PlyFile::find(std::string_view name) const {
-  const auto found =
-      std::ranges::find_if(elements, [&](const PlyElement& element) { return element.name == name; });
+  const auto found = std::ranges::find(elements, name, &PlyElement::name);
   return found == elements.end() ? nullptr : &*found;
 }
 

@@ -9,13 +9,6 @@
 namespace selvedge {
 namespace {
 
-/// Display colour times opacity of a pixel.
-V3f premultiplied_colour(const V4f& pixel, const DisplayOptions& options) {
-  const V3f colour = V3f(pixel.x, pixel.y, pixel.z) * options.exposure;
-  if (options.tone_curve == ToneCurve::none || !(pixel.w > 0)) return colour;
-  return tone_map(options.tone_curve, colour / pixel.w) * pixel.w;
-}
-
 constexpr int table_size = 1 << 16;
 
 /// sRGB bytes of (i + 0.5) / table_size. They differ from exact ones only next to a value where bytes change.
@@ -84,7 +77,10 @@ DisplayOptions default_display() { return {std::numbers::pi_v<float>, ToneCurve:
 DisplayOptions environment_display() { return {1, ToneCurve::neutral, V3f(0.8F)}; }
 
 V3f display_colour(const V4f& pixel, const DisplayOptions& options) {
-  return premultiplied_colour(pixel, options) + options.background.value_or(V3f(0, 0, 0)) * (1 - pixel.w);
+  V3f colour = V3f(pixel.x, pixel.y, pixel.z) * options.exposure;  // times opacity
+  if (options.tone_curve != ToneCurve::none && pixel.w > 0)
+    colour = tone_map(options.tone_curve, colour / pixel.w) * pixel.w;
+  return colour + options.background.value_or(V3f(0, 0, 0)) * (1 - pixel.w);
 }
 
 Image to_display_image(const Frame& frame, const DisplayOptions& options) {

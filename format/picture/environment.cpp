@@ -34,16 +34,6 @@ V2d place_of(const Environment& e, const V3d& d) {
           std::acos(std::clamp(d.y, -1.0, 1.0)) / std::numbers::pi * e.height};
 }
 
-/// The same picture in smaller pixels, if they are so large that their middles do not stand for them.
-Environment enlarged(const Environment& e) {
-  const int factor = std::max(1, 256 / e.width);
-  Environment result{e.width * factor, e.height * factor, {}, e.options};
-  for (int y = 0; y < result.height; ++y)
-    for (int x = 0; x < result.width; ++x)
-      result.radiance.push_back(e.radiance[static_cast<std::size_t>(y / factor) * e.width + x / factor]);
-  return result;
-}
-
 /// Calls body(radiance, direction, solid angle) for every pixel; the body may change the radiance.
 template <class Body>
 void for_pixels(Environment& e, const Body& body) {
@@ -261,7 +251,14 @@ EnvironmentLight with_options(const EnvironmentLight& light, const EnvironmentOp
 }
 
 EnvironmentLight split_light(const Environment& environment) {
-  Environment rest = enlarged(downsample(environment, divided_width));
+  // In smaller pixels, if they are so large that their middles do not stand for them.
+  const Environment small = downsample(environment, divided_width);
+  const int factor = std::max(1, 256 / small.width);
+  Environment rest{small.width * factor, small.height * factor, {}, small.options};
+  for (int y = 0; y < rest.height; ++y)
+    for (int x = 0; x < rest.width; ++x)
+      rest.radiance.push_back(
+          small.radiance[static_cast<std::size_t>(y / factor) * small.width + x / factor]);
   EnvironmentLight result;
   result.lamps = extract_lamps(rest);
   for (Light& lamp : result.lamps) lamp.is_environment_part = true;

@@ -146,8 +146,7 @@ Result<Planes> read_part(ExrReader& reader, const ExrPart& wanted) {
   auto pixels = value_or_throw(reader.read_level(index));
   Planes planes;
   for (const ExrChannel& channel : wanted.channels) {
-    const auto found =
-        std::ranges::find_if(part.channels, [&](const ExrChannel& c) { return c.name == channel.name; });
+    const auto found = std::ranges::find(part.channels, channel.name, &ExrChannel::name);
     if (found == part.channels.end())
       return malformed(reader.path(), part.name + "/" + channel.name, "is missing");
     planes.push_back(std::move(pixels.planes[found - part.channels.begin()]));
