@@ -213,16 +213,6 @@ void LayerFitter::add_quantised(std::size_t level, const BasisFit& basis, double
   }
 }
 
-/// Scales the largest radiance to about 1, for sums of squares in single precision.
-void LayerFitter::scale_radiance(SampleLevel& samples, PairSamples& pairs, PairSamples& measured) {
-  float largest = 0;
-  for (const V3f& r : samples.radiance) largest = std::max({largest, r.x, r.y, r.z});
-  scale_ = choose_radiance_scale(static_cast<double>(largest));
-  const auto inverse = static_cast<float>(1 / scale_);
-  for (std::vector<V3f>* radiance : {&samples.radiance, &pairs.radiance, &measured.radiance})
-    for (V3f& r : *radiance) r *= inverse;
-}
-
 /// Adds the paper's model with and without view table, from level `first` on.
 void LayerFitter::add_lobes(std::size_t first, const SampleLevel& samples, SamplesHeader header,
                             FitOptions options, const Progress& progress, const PairSamples& measured,
@@ -375,7 +365,13 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
   LayerFitter fitter;
   const auto ok = catch_failure([&] {
     PairSamples pairs = validation;
-    fitter.scale_radiance(samples, pairs, measured);
+    // The largest radiance is about 1, for sums of squares in single precision.
+    float largest = 0;
+    for (const V3f& r : samples.radiance) largest = std::max({largest, r.x, r.y, r.z});
+    fitter.scale_ = choose_radiance_scale(static_cast<double>(largest));
+    const auto inverse = static_cast<float>(1 / fitter.scale_);
+    for (std::vector<V3f>* radiance : {&samples.radiance, &pairs.radiance, &measured.radiance})
+      for (V3f& r : *radiance) r *= inverse;
     Fabric dark = value_or_throw(fit(samples, header, options, {}, {}, dark_texel));
     for (FabricLevel& level : dark.levels) fitter.levels_.push_back({std::move(level), {}});
     fitter.fabric_ = std::move(dark);
@@ -401,7 +397,7 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
       if (std::isfinite(room)) chosen = fitter.best(room);
       while (first < levels && !has_lobes(*chosen[first])) ++first;
       for (Level& level : fitter.levels_) std::erase_if(level.candidates, has_lobes);
-      fitter.bytes_of_bases_.clear();
+      fitter.sizes_.clear();
     }
     if (first < levels)
       fitter.add_lobes(first, pooled[first], header, options, progress, measured, pairs, truths);
@@ -411,8 +407,8 @@ Result<LayerFitter> LayerFitter::create(SampleLevel samples, const SamplesHeader
   return fitter;
 }
 
-double LayerFitter::bytes_of_bases(const Chosen& chosen) const {
-  const auto [found, added] = bytes_of_bases_.emplace(chosen, 0);
+double LayerFitter::size_of(const Chosen& chosen) const {
+  const auto [found, added] = sizes_.emplace(chosen, 0);
   if (!added) return found->second;
   BasisList functions;
   std::size_t products = 0;
@@ -426,13 +422,9 @@ double LayerFitter::bytes_of_bases(const Chosen& chosen) const {
     products = std::max(products, candidate->basis.pairs.size());
   }
   const double channels = static_cast<double>(products + lobes + table) + fabric_.views.count();  // opacity
-  return found->second = functions.bytes() + bytes_per_channel * channels;
-}
-
-double LayerFitter::size_of(const Chosen& chosen) const {
-  double sum = bytes_of_bases(chosen);
+  double sum = functions.bytes() + bytes_per_channel * channels;
   for (const LevelCandidate* candidate : chosen) sum += candidate->bytes;
-  return sum;
+  return found->second = sum;
 }
 
 double LayerFitter::cost_of(const Chosen& chosen) const {

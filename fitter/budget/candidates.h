@@ -75,7 +75,6 @@ class LayerFitter {
   };
   using Chosen = std::vector<const LevelCandidate*>;  ///< by level
   LayerFitter() = default;
-  void scale_radiance(SampleLevel& samples, PairSamples& pairs, PairSamples& measured);
   /// Throws Failure.
   void add_lobes(std::size_t first, const SampleLevel& samples, SamplesHeader header, FitOptions options,
                  const Progress& progress, const PairSamples& measured, const PairSamples& pairs,
@@ -97,11 +96,10 @@ class LayerFitter {
   Chosen best(double room) const;
   double size_of(const Chosen& chosen) const;
   double cost_of(const Chosen& chosen) const;
-  double bytes_of_bases(const Chosen& chosen) const;
   Fabric fabric_;     ///< without levels
   double scale_ = 1;  ///< samples and pairs were divided by it
   std::vector<Level> levels_;
-  mutable std::map<Chosen, double> bytes_of_bases_;  ///< found before
+  mutable std::map<Chosen, double> sizes_;  ///< found before
 };
 
 }  // namespace selvedge

@@ -22,14 +22,6 @@ bool is_fixed(const LobeBounds& bounds, const ChannelState& state, std::size_t u
                      state.sizes[lobe + 1]);
 }
 
-void move_state(const LobeBounds& bounds, const std::vector<double>& step, ChannelState& state) {
-  state.sizes[0] = std::max(0.0, state.sizes[0] + step[0]);
-  for (std::size_t j = 0; j < state.shapes.size(); ++j) {
-    const LobeStep lobe_step = LobeStep::from_values(&step[1 + LobeStep::unknowns * j]);
-    move_lobe(lobe_step, bounds, state.shapes[j], state.sizes[j + 1]);
-  }
-}
-
 /// Searches from several starts for a few iterations, and continues the best of them to the end. Searches for
 /// more than two lobes start from the best result with one lobe less, because with more lobes the dictionary
 /// finds fewer of the good minima.
@@ -112,7 +104,10 @@ void minimise(ChannelProblem& problem, ChannelState& state, double tolerance, in
     ChannelState trial;
     if (solved && std::isfinite(expected)) {
       trial = state;
-      move_state(problem.bounds(), step, trial);
+      trial.sizes[0] = std::max(0.0, trial.sizes[0] + step[0]);
+      for (std::size_t j = 0; j < trial.shapes.size(); ++j)
+        move_lobe(LobeStep::from_values(&step[1 + LobeStep::unknowns * j]), problem.bounds(), trial.shapes[j],
+                  trial.sizes[j + 1]);
       problem.evaluate(trial, turns);
       ++evaluations;
       gain = state.cost - trial.cost;

@@ -34,13 +34,6 @@ void add_projections(std::span<const float> values, const float* functions, std:
   }
 }
 
-/// l_z of each value of a function of the light, [3 * light + channel].
-std::vector<double> cosines_of(const DirectionGrid& lights) {
-  std::vector<double> cosines;
-  for (const V3f& l : cell_directions(lights)) cosines.insert(cosines.end(), 3, static_cast<double>(l.z));
-  return cosines;
-}
-
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// At most `max_count` unit eigenvectors of a symmetric matrix (size * size, only the lower triangle is
@@ -169,7 +162,8 @@ std::vector<BasisFit> texel_basis(const std::vector<SampleLevel>& levels, const 
   BasisFit shared;
   shared.view_functions = stored(principal_components(of_views, views, max_view),
                                  std::sqrt(static_cast<double>(views)), view_step);
-  const std::vector<double> cosine = cosines_of(lights);
+  std::vector<double> cosine;  // l_z of each value of a function of the light, [3 * light + channel]
+  for (const V3f& l : cell_directions(lights)) cosine.insert(cosine.end(), 3, static_cast<double>(l.z));
   std::vector<std::vector<double>> light = principal_components(of_lights, values, max_light);
   for (auto& psi : light)
     for (std::size_t i = 0; i < values; ++i) psi[i] /= cosine[i];

@@ -24,16 +24,6 @@ double lobe_peak(const float* lobe) {
   return base > 0 ? std::pow(static_cast<double>(base), static_cast<double>(lobe[3])) : 0;
 }
 
-double largest_of(const Fabric& fabric) {
-  double largest = 0;
-  for (const FabricLevel& level : fabric.levels)
-    for_all(
-        level.lobes(), level.lobe_count(),
-        [&](float rho) { largest = std::max(largest, static_cast<double>(rho)); },
-        [&](const float* lobe) { largest = std::max(largest, lobe_peak(lobe)); });
-  return largest;
-}
-
 /// Divides f by `scale`; does not change the fabric's scale.
 void divide(Fabric& fabric, double scale) {
   const auto inverse = static_cast<float>(1 / scale);
@@ -62,7 +52,13 @@ double choose_radiance_scale(double largest) {
 }
 
 void set_radiance_scale(Fabric& fabric) {
-  const double scale = choose_radiance_scale(largest_of(fabric));
+  double largest = 0;
+  for (const FabricLevel& level : fabric.levels)
+    for_all(
+        level.lobes(), level.lobe_count(),
+        [&](float rho) { largest = std::max(largest, static_cast<double>(rho)); },
+        [&](const float* lobe) { largest = std::max(largest, lobe_peak(lobe)); });
+  const double scale = choose_radiance_scale(largest);
   if (scale == 1) return;
   divide(fabric, scale);
   fabric.radiance_scale = static_cast<float>(scale);
