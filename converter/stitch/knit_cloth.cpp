@@ -143,13 +143,6 @@ void KnitCloth::set_tiles() {
   }
 }
 
-V3d KnitCloth::after(const Chain& chain, std::uint32_t i) const {
-  return i < chain.end ? points_[i] : points_[i - (chain.end - chain.begin)] + way(chain);
-}
-V3d KnitCloth::before(const Chain& chain, std::uint32_t i) const {
-  return i > chain.begin ? points_[i - 1] : points_[chain.end - 1] - way(chain);
-}
-
 void KnitCloth::set_lengths() {
   for (const Chain& chain : chains_) {
     double taken = chain.parts.back().slid;
@@ -213,20 +206,6 @@ void KnitCloth::set_radii() {
       radii_[i] = radius;
     }
   }
-}
-
-/// Contacts press the sections of soft yarn.
-void KnitCloth::press_sections() {
-  visit_contacts([&](const Contact& contact) {
-    const V3d n = contact.apart.normalized();
-    const double strain =
-        std::min(max_pressure, pressure * stiffness_ * contact_stiffness * contact.depth / unit_);
-    for (const std::uint32_t piece : {contact.a, contact.b}) {
-      if (!chains_[chain_of_[piece]].soft || is_still(piece)) continue;
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) strains_[piece][i][j] -= strain * n[i] * n[j];
-    }
-  });
 }
 
 /// The energy and its derivatives.
@@ -341,8 +320,19 @@ double KnitCloth::support(std::uint32_t piece, const V3d& direction, V3d& slope)
   return radii_[piece] * root;
 }
 
-/// Sections pass on their strain along the yarn, recover, and stay across it.
-void KnitCloth::set_sections() {
+/// Contacts press the sections of soft yarn, which pass on their strain along the yarn, recover, and stay
+/// across it.
+void KnitCloth::fit_sections() {
+  visit_contacts([&](const Contact& contact) {
+    const V3d n = contact.apart.normalized();
+    const double strain =
+        std::min(max_pressure, pressure * stiffness_ * contact_stiffness * contact.depth / unit_);
+    for (const std::uint32_t piece : {contact.a, contact.b}) {
+      if (!chains_[chain_of_[piece]].soft || is_still(piece)) continue;
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) strains_[piece][i][j] -= strain * n[i] * n[j];
+    }
+  });
   if (has_kinds_) take_means(strains_);
   for (const Chain& chain : chains_) {
     if (!chain.soft || swollen_ == 0) continue;
@@ -361,13 +351,6 @@ void KnitCloth::set_sections() {
       reaches_[i] = radii_[i] * set_squeeze(strains_[i], along(i).normalized(), squeezes_[i]);
     }
   }
-}
-
-void KnitCloth::search_if_moved() {
-  double moved2 = 0;
-  for (std::size_t i = 0; i < points_.size(); ++i)
-    moved2 = std::max(moved2, (points_[i] - V3d(searched_[i])).length2());
-  if (2 * std::sqrt(moved2) > search_margin * unit_) search();
 }
 
 void KnitCloth::search() {

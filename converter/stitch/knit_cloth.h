@@ -113,9 +113,16 @@ class KnitCloth {
     std::vector<Imath::Vec3<Real>> points;
     V3d period{0, 0, 0};
     template <class Other>
-    double dot(const VectorOf<Other>& other) const;
+    double dot(const VectorOf<Other>& other) const {
+      double sum = period.dot(other.period);
+      for (std::size_t i = 0; i < points.size(); ++i) sum += V3d(points[i]).dot(V3d(other.points[i]));
+      return sum;
+    }
     template <class Other>
-    void add(double factor, const VectorOf<Other>& other);
+    void add(double factor, const VectorOf<Other>& other) {
+      for (std::size_t i = 0; i < points.size(); ++i) points[i] += V3d(other.points[i]) * factor;
+      period += other.period * factor;
+    }
   };
   using Vector = VectorOf<double>;
   using RoughVector = VectorOf<float>;
@@ -133,7 +140,16 @@ class KnitCloth {
   struct Border {
     RoughVector sides[3];   ///< of all points with it
     double corner[6] = {};  ///< xx, xy, yy, and with the shear: x, y, itself
-    void add_corner(const Square& square);
+    void add_corner(const Square& square) {
+      const bool has_axes = square.n == V3d(0);
+      const V3d& rate = square.rate;
+      corner[0] += square.weight * rate.x * rate.x;
+      if (!has_axes) corner[1] += square.weight * rate.x * rate.y;
+      corner[2] += square.weight * rate.y * rate.y;
+      corner[3] += square.weight * rate.x * rate.z;
+      if (!has_axes) corner[4] += square.weight * rate.y * rate.z;
+      corner[5] += square.weight * rate.z * rate.z;
+    }
   };
 
   // knit_edit.cpp: what stays.
@@ -156,21 +172,23 @@ class KnitCloth {
   void set_lengths();
   void slide();
   void set_radii();
-  void press_sections();
-  void set_sections();
+  void fit_sections();
   double energy(Vector& gradient);
   /// Visits pairs that are less than `margin`, mm, from touching.
   template <class Visit>
   void visit_contacts(const Visit& visit, double margin = 0);
   void find_contacts(std::uint32_t a, double margin, std::vector<Contact>& found);
-  void search_if_moved();
   void search();
   bool follow(std::uint32_t a, std::uint32_t b, double x, double y) const;
   double support(std::uint32_t piece, const V3d& direction, V3d& slope) const;
   V3d way(double x, double y) const { return {x * period_.x + y * period_.y * lean_, y * period_.y, 0}; }
   V3d way(const Chain& chain) const { return way(chain.turns.x, chain.turns.y); }
-  V3d after(const Chain& chain, std::uint32_t i) const;
-  V3d before(const Chain& chain, std::uint32_t i) const;
+  V3d after(const Chain& chain, std::uint32_t i) const {
+    return i < chain.end ? points_[i] : points_[i - (chain.end - chain.begin)] + way(chain);
+  }
+  V3d before(const Chain& chain, std::uint32_t i) const {
+    return i > chain.begin ? points_[i - 1] : points_[chain.end - 1] - way(chain);
+  }
   /// From point i to the next.
   V3d along(std::uint32_t i) const {
     const V3d d = points_[next_[i]] - points_[i];

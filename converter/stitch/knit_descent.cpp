@@ -52,21 +52,6 @@ constexpr int max_thinnings = 12;
 
 }  // namespace
 
-template <class Real>
-template <class Other>
-double KnitCloth::VectorOf<Real>::dot(const VectorOf<Other>& other) const {
-  double sum = period.dot(other.period);
-  for (std::size_t i = 0; i < points.size(); ++i) sum += V3d(points[i]).dot(V3d(other.points[i]));
-  return sum;
-}
-
-template <class Real>
-template <class Other>
-void KnitCloth::VectorOf<Real>::add(double factor, const VectorOf<Other>& other) {
-  for (std::size_t i = 0; i < points.size(); ++i) points[i] += V3d(other.points[i]) * factor;
-  period += other.period * factor;
-}
-
 void KnitCloth::rest(const ClothGoal& goal) {
   const V2d begin = period_;
   const double lean = lean_;
@@ -140,10 +125,7 @@ void KnitCloth::converge(int max_steps, int pressing_steps) {
     const int rested = k - pressing_steps;
     const bool fits = rested < 0 && k % steps_between_section_fits == 0;
     const bool slides = stiffness_ == 1 && k % steps_between_slides == 0;
-    if (fits) {
-      press_sections();
-      set_sections();
-    }
+    if (fits) fit_sections();
     if (slides) slide();
     if (fits || slides) value = energy(gradient_);
     if (rested >= 0 && rested % steps_between_factors == 0) {
@@ -194,7 +176,10 @@ bool KnitCloth::step(double& value) {
   Vector change = gradient_;
   for (int tries = 0; tries < max_tries; ++tries) {
     move(direction, length);
-    search_if_moved();
+    double moved2 = 0;
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      moved2 = std::max(moved2, (points_[i] - V3d(searched_[i])).length2());
+    if (2 * std::sqrt(moved2) > search_margin * unit_) search();
     const double next = energy(gradient_);
     if (next <= value + min_decrease * length * slope) {
       value = next;
@@ -306,17 +291,6 @@ void KnitCloth::add(const Square& square, std::uint32_t tile, BlockMatrix& matri
           block(i, j) += static_cast<float>(weight * (has_axes ? (i == j ? 1 : 0) : n[i] * n[j]));
     }
   }
-}
-
-void KnitCloth::Border::add_corner(const Square& square) {
-  const bool has_axes = square.n == V3d(0);
-  const V3d& rate = square.rate;
-  corner[0] += square.weight * rate.x * rate.x;
-  if (!has_axes) corner[1] += square.weight * rate.x * rate.y;
-  corner[2] += square.weight * rate.y * rate.y;
-  corner[3] += square.weight * rate.x * rate.z;
-  if (!has_axes) corner[4] += square.weight * rate.y * rate.z;
-  corner[5] += square.weight * rate.z * rate.z;
 }
 
 /// Factors the Gauss-Newton Hessian of each tile.

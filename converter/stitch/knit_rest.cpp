@@ -29,22 +29,16 @@ constexpr int edit_steps = 60;
 /// Progress after the first of both.
 constexpr double free_part = 0.6;
 
-/// Brings to rest what has been edited.
-RelaxResult edited_knit(DrawnKnit knit, KnitCloth& cloth, const RestedKnit& last) {
-  cloth.rest({.grows = true, .max_steps = edit_steps});
-  cloth.rest({.presses = true, .max_steps = gauge_steps});
-  cloth.give(knit);
-  RelaxResult rested = last.relaxed;
+/// Takes what a cloth has given, with its radii.
+void take(const KnitCloth& cloth, DrawnKnit knit, RelaxResult& rested) {
   for (Yarn& yarn : knit.pattern.yarns) {
     yarn.radius_mm *= cloth.radius_fraction();
     if (!yarn.squeezes.empty()) yarn.flattening = 1;
   }
   rested.pattern = std::move(knit.pattern);
   rested.parts = std::move(knit.parts);
-  rested.is_edit = true;
   rested.steps = cloth.steps();
   rested.residual = cloth.residual();
-  return rested;
 }
 
 /// Yarns, from the first on, of which the drawing is copies above each other: stripes differ in colours
@@ -142,7 +136,15 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
   DrawnKnit knit{std::move(drawn), options.parts};
   if (options.last != nullptr) {
     KnitCloth edited(knit, options.gap_radii, curvature);
-    if (edited.edit(knit, *options.last, gauge)) return edited_knit(std::move(knit), edited, *options.last);
+    if (edited.edit(knit, *options.last, gauge)) {
+      edited.rest({.grows = true, .max_steps = edit_steps});
+      edited.rest({.presses = true, .max_steps = gauge_steps});
+      edited.give(knit);
+      RelaxResult rested = options.last->relaxed;
+      take(edited, std::move(knit), rested);
+      rested.is_edit = true;
+      return rested;
+    }
   }
   KnitCloth cloth(knit, options.gap_radii, curvature);
   if (options.free_part < 1) cloth.find_kinds();  // a sampler's, which stand for many
@@ -186,22 +188,16 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
       high = std::max(high, segment[0].z + yarn.radius_mm);
     }
   }
-  for (Yarn& yarn : knit.pattern.yarns) {
+  for (Yarn& yarn : knit.pattern.yarns)
     for (BezierSegment& segment : yarn.segments)
       for (V3d& p : segment) p.z -= 0.5 * (low + high);
-    yarn.radius_mm *= cloth.radius_fraction();
-    if (!yarn.squeezes.empty()) yarn.flattening = 1;
-  }
   constexpr double min_part = 0.75;
   const double fraction = thinned * cloth.radius_fraction();
-  result.pattern = std::move(knit.pattern);
+  take(cloth, std::move(knit), result);
   result.radius_fraction = fraction;
   result.has_settled = fraction >= min_part;
-  result.parts = std::move(knit.parts);
   result.free_mm = free;
   result.stretch = cloth.stretch();
-  result.steps = cloth.steps();
-  result.residual = cloth.residual();
   return result;
 }
 
