@@ -128,13 +128,6 @@ void sample_all(Baked& baked, const BakeOptions& o, std::size_t at_once, const P
   report.indirect = o.indirect;
 }
 
-YarnCell with_fewer_stations(YarnCell cell) {
-  constexpr int fewest = 4;
-  for (YarnCurve& curve : cell.yarns.curves)
-    curve.stations = std::max(std::min(curve.stations, fewest), curve.stations / 2);
-  return cell;
-}
-
 }  // namespace
 
 Result<Baked> bake(const CellMesh& given, const std::string& name, const BakeOptions& options,
@@ -179,9 +172,11 @@ Result<Baked> bake(const YarnCell& given, const std::string& name, const BakeOpt
   return catch_failure([&] {
     const Stopwatch watch;
     // So much cloth is hardly seen close by.
-    constexpr int many_stations = 1 << 16;
+    constexpr int many_stations = 1 << 16, fewest = 4;
     const bool is_huge = counts_of(given.yarns).stations > many_stations;
-    const YarnCell cell = is_huge ? with_fewer_stations(given) : given;
+    YarnCell cell = given;
+    for (YarnCurve& curve : cell.yarns.curves)
+      if (is_huge) curve.stations = std::max(std::min(curve.stations, fewest), curve.stations / 2);
     BakeOptions o = options;
     o.stores_yarns = true;
     o.indirect = IndirectLight::lines;

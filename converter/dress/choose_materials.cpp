@@ -232,7 +232,9 @@ class Chooser {
       if (verdict.says_nothing()) reason = no_cloth_factors(materials()[i]);
       if (verdict.says_nothing() && reason.empty() && worn_.contains(i)) {
         for (const PrimitiveIndex& place : uses_.at(i)) {
-          verdict = verdict_at(place, context);
+          verdict = {};
+          for (const std::string& name : names_[place.first])
+            if (verdict.says_nothing()) verdict = verdict_on(name, context);
           if (verdict.other.empty()) break;
         }
         if (!verdict.other.empty()) by_places.insert(i);
@@ -328,12 +330,6 @@ class Chooser {
       names.push_back(above[static_cast<int>(n)]);
       skins_[mesh] = index_of(member(nodes[n], "skin"));
     }
-  }
-
-  Verdict verdict_at(const PrimitiveIndex& place, const Context& context) {
-    for (const std::string& name : names_[place.first])
-      if (Verdict verdict = verdict_on(name, context); !verdict.says_nothing()) return verdict;
-    return {};
   }
 
   /// Whether vertices follow joints of the head and others joints of fingers: clothes are skinned, too, but

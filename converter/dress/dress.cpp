@@ -126,7 +126,11 @@ class Dresser {
     if (!flat.empty()) {
       reserve_memory(scene, flat, unwrapped_corner_price);
       scene = Scene();
-      unwrap_all(flat, chosen.materials);
+      // Those without anything to lay flat are not dressed.
+      std::set<PrimitiveIndex> done;
+      for (const int material : flat)
+        if (!attempt(material, [&] { unwrap_material(material, done); }))
+          std::erase(chosen.materials, material);
       scene = value_or_throw(read_scene(document_, limits_));
     }
     for (const std::string& remark : scene.remarks) report_.warnings.push_back(remark);
@@ -139,7 +143,13 @@ class Dresser {
       report_.warnings.push_back(advice);
     for (std::optional<Cloth>& cloth : cloths_)
       if (cloth) cloth->index = value_or_throw(add_fabric(document_, cloth->source));
-    if (options_.lies_once) find_parts(scene, chosen.materials);
+    if (options_.lies_once) {
+      std::map<int, V2i> materials_and_sets;
+      for (const int material : chosen.materials)
+        for (const int primitive : primitives_of(scene, material))
+          materials_and_sets.try_emplace(primitive, material, set_of(material));
+      parts_ = uv_parts(scene, materials_and_sets);
+    }
     std::map<int, double> backed;
     if (!options_.single_sided) backed = double_layer_fractions(scene);
     for (const int material : chosen.materials)
@@ -288,13 +298,6 @@ class Dresser {
     return own == sets_.end() ? options_.tex_coord : own->second;
   }
 
-  /// Takes materials that have nothing to lay flat out of the list of all.
-  void unwrap_all(const std::vector<int>& flat, std::vector<int>& all) {
-    std::set<PrimitiveIndex> done;
-    for (const int material : flat)
-      if (!attempt(material, [&] { unwrap_material(material, done); })) std::erase(all, material);
-  }
-
   void unwrap_material(int material, std::set<PrimitiveIndex>& done) {
     std::set<PrimitiveIndex> places = fresh_places(material, done);
     if (places.empty()) return;
@@ -385,14 +388,6 @@ class Dresser {
       report_.warnings.push_back(where + " shows its back, too; --single-sided hides it");
   }
 
-  void find_parts(const Scene& scene, const std::vector<int>& materials) {
-    std::map<int, V2i> materials_and_sets;
-    for (const int material : materials)
-      for (const int primitive : primitives_of(scene, material))
-        materials_and_sets.try_emplace(primitive, material, set_of(material));
-    parts_ = uv_parts(scene, materials_and_sets);
-  }
-
   /// Where the repeat begins that a material shows, along both axes.
   double first_place(int material) const { return material == parts_[0].material ? 0 : -0.5; }
 
@@ -439,7 +434,12 @@ class Dresser {
       throw Failure{{Code::gltf_extension, document_.file, fmt::format("/materials/{}", material),
                      fmt::format("invalid texture transform: {}: {}", fault->member, fault->reason)}};
     set_fabric_reference(document_, material, use.reference);
-    if (options_.has_fallback) write_fallback(material, cloth, use);
+    if (!options_.has_fallback) return;
+    const bool printed =
+        keeps(names::gltf::tint_texture, material) || keeps(names::gltf::mask_texture, material);
+    if (cloth.texture < 0 && !printed)
+      cloth.texture = value_or_throw(add_fallback_texture(document_, cloth.fallback()));
+    set_fallback(document_, material, cloth.fallback(), cloth.texture, use.reference);
   }
 
   void warn_of_uvs(const std::string& where, const UvSize& size) {
@@ -451,14 +451,6 @@ class Dresser {
     warn(size.stretched_fraction,
          fmt::format("shows cloth stretched more than {} times one way", max_stretch));
     warn(size.fraction_without_uvs, "has degenerate texture coordinates and will show streaks");
-  }
-
-  void write_fallback(int material, Cloth& cloth, const DressedUse& use) {
-    const bool printed =
-        keeps(names::gltf::tint_texture, material) || keeps(names::gltf::mask_texture, material);
-    if (cloth.texture < 0 && !printed)
-      cloth.texture = value_or_throw(add_fallback_texture(document_, cloth.fallback()));
-    set_fallback(document_, material, cloth.fallback(), cloth.texture, use.reference);
   }
 
   void add_colourway(const Colourway& colourway, Cloth& cloth) {

@@ -26,17 +26,6 @@ constexpr int largest_side = 1024;
 constexpr int yarn_side = 64;  ///< of the pictures of a fabric with yarn, unless level 0 has more texels
 constexpr int lights_of_integral = 16;
 
-/// Brings the mean colour of the picture to `mean`.
-void scale_to(const V3f& mean, Image& image) {
-  const V3f present = mean_color(image);
-  for (std::size_t i = 0; i < image.pixels.size(); i += 4) {
-    for (int c = 0; c < 3; ++c) {
-      float& value = image.pixels[i + c];
-      if (present[c] > 0) value = std::clamp(value * (mean[c] / present[c]), 0.0F, 1.0F);
-    }
-  }
-}
-
 /// Albedo along the normal and opacity of one repeat: of the yarn itself where the fabric has it, whose
 /// levels are coarse, else of the texels of `level`.
 Image base_picture(const Fabric& fabric, int level) {
@@ -65,14 +54,6 @@ Image base_picture(const Fabric& fabric, int level) {
     }
   });
   return image;
-}
-
-void fill_holes(Image& image) {
-  const V3f mean = mean_color(image);
-  for (std::size_t i = 0; i < image.pixels.size(); i += 4) {
-    if (image.pixels[i + 3] > 0) continue;
-    for (int c = 0; c < 3; ++c) image.pixels[i + c] = mean[c];
-  }
 }
 
 }  // namespace
@@ -112,8 +93,15 @@ Fallback bake_fallback(const Fabric& cloth) {
          std::max(cloth.levels[level].width, cloth.levels[level].height) > largest_side)
     ++level;
   Fallback fallback{base_picture(cloth, level), has_holes(cloth, level), fallback_of(cloth)};
-  scale_to(fallback.factors.base_color, fallback.color);
-  fill_holes(fallback.color);
+  std::vector<float>& pixels = fallback.color.pixels;
+  const V3f present = mean_color(fallback.color);
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    if (const int c = static_cast<int>(i % 4); c < 3 && present[c] > 0)
+      pixels[i] = std::clamp(pixels[i] * (fallback.factors.base_color[c] / present[c]), 0.0F, 1.0F);
+  // Holes have the mean colour.
+  const V3f mean = mean_color(fallback.color);
+  for (std::size_t i = 0; i < pixels.size(); i += 4)
+    if (!(pixels[i + 3] > 0)) std::copy_n(&mean.x, 3, &pixels[i]);
   return fallback;
 }
 

@@ -79,7 +79,10 @@ struct Keeper {
     } else {
       keep_base_color();
       keep_mask();
-      keep_normals();
+      if (json.contains(normal_texture) && fits(json[normal_texture], normal_texture)) {
+        own()[normal_texture] = Json(json[normal_texture]);
+        parts.kept.emplace_back(normal_texture);
+      }
       name_replaced();
       for (const char* part : {"occlusionTexture", "emissiveTexture"})
         if (json.contains(part)) parts.kept.emplace_back(part);
@@ -238,12 +241,6 @@ struct Keeper {
     texture.erase("extensions");
     info[index] = find_or_add(document.json, "textures", texture);
     return info;
-  }
-
-  void keep_normals() {
-    if (!json.contains(normal_texture) || !fits(json[normal_texture], normal_texture)) return;
-    own()[normal_texture] = Json(json[normal_texture]);
-    parts.kept.emplace_back(normal_texture);
   }
 
   void name_replaced() {

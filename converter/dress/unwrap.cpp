@@ -253,7 +253,10 @@ class Cutter {
       }
       std::vector<V2d> plane;
       if (is_simple(faces, panel)) plane = flatten(panel);
-      if (plane.empty() || !is_sound(panel, plane)) plane = projected(panel);
+      const auto is_turned_over = [&](const V3i& t) {
+        return !((plane[t[1]] - plane[t[0]]) % (plane[t[2]] - plane[t[0]]) > 0);
+      };
+      if (plane.empty() || std::ranges::any_of(panel.triangles, is_turned_over)) plane = projected(panel);
       for (V2d& p : plane) p.y = -p.y;  // v of glTF grows downwards
       turn(panel, plane);
       add_chart(faces, panel, plane);
@@ -269,14 +272,6 @@ class Cutter {
       for (std::size_t half = 3 * f; half < 3 * f + 3; ++half)
         halves += opposite_[half] != none && chart_of_[opposite_[half] / 3] == chart_of_[f] ? 1 : 2;
     return faces.size() > 1 && std::ssize(panel.positions) - halves / 2 + std::ssize(faces) >= 1 - max_holes;
-  }
-
-  static double signed_area(const V3i& t, const std::vector<V2d>& plane) {
-    return (plane[t[1]] - plane[t[0]]) % (plane[t[2]] - plane[t[0]]);
-  }
-
-  static bool is_sound(const ClothPanel& panel, const std::vector<V2d>& plane) {
-    return std::ranges::all_of(panel.triangles, [&](const V3i& t) { return signed_area(t, plane) > 0; });
   }
 
   static std::vector<V2d> projected(const ClothPanel& panel) {
@@ -414,7 +409,10 @@ class Unwrapper {
       : document_(document), set_(tex_coord), in_scene_(in_scene) {}
 
   UnwrapReport unwrap(const std::set<PrimitiveIndex>& places) {
-    for (const PrimitiveIndex& place : places) need_first_set(place);
+    for (const PrimitiveIndex& place : places)
+      if (set_ > 0 && !member(primitive_at(document_, place), "attributes").contains("TEXCOORD_0"))
+        throw Failure{Error{Code::garment_no_uvs, document_.file, member_pointer(place) + "/attributes",
+                            "no TEXCOORD_0, without which there is no " + semantic_}};
     for (const PrimitiveIndex& place : places) unwrap(place);
     if (result_.chart_count == 0)
       throw Failure{Error{Code::garment_empty, document_.file, "", "no triangle has an area to lay flat"}};
@@ -425,12 +423,6 @@ class Unwrapper {
   }
 
  private:
-  void need_first_set(const PrimitiveIndex& place) {
-    if (set_ == 0 || member(primitive_at(document_, place), "attributes").contains("TEXCOORD_0")) return;
-    throw Failure{Error{Code::garment_no_uvs, document_.file, member_pointer(place) + "/attributes",
-                        "no TEXCOORD_0, without which there is no " + semantic_}};
-  }
-
   template <class Vector>
   int append(const std::vector<Vector>& values, int component_type = 5126) {
     const bool normalized = component_type == 5120 || component_type == 5122;

@@ -107,8 +107,14 @@ LayerFitter layer_fitter(SideSamples side, const MakeOptions& options, const Pro
                                             side.pairs[index_of(PairKind::measured)], room));
 }
 
-/// Fits with layers chosen by level within the budget.
-Fabric fit_layers(SideSamples samples, const MakeOptions& options, const Progress& progress) {
+Fabric fit_side(SideSamples samples, const MakeOptions& options, const Progress& progress) {
+  // The text of a recipe takes no bytes from the levels.
+  nlohmann::json provenance = provenance_json(samples.header.provenance);
+  if (provenance.erase("recipe") > 0) samples.header.provenance = provenance.dump();
+  if (!options.chooses_layers && !options.fit.has_map)
+    return value_or_throw(fit(samples.level, samples.header, options.fit, progress,
+                              samples.pairs[index_of(PairKind::measured)]));
+  // Layers are chosen by level within the budget.
   const Side side = samples.header.side;
   const double bytes = standard_bytes * growth_of(samples.header) * budget_weights[index_of(side)];
   // The record of the fit is not known yet.
@@ -124,15 +130,6 @@ Fabric fit_layers(SideSamples samples, const MakeOptions& options, const Progres
   std::vector<Fabric> fits = search.largest(fitters, nullptr, options.write);
   if (fits.empty()) throw search.no_room();
   return std::move(fits.front());
-}
-
-Fabric fit_side(SideSamples samples, const MakeOptions& options, const Progress& progress) {
-  // The text of a recipe takes no bytes from the levels.
-  nlohmann::json provenance = provenance_json(samples.header.provenance);
-  if (provenance.erase("recipe") > 0) samples.header.provenance = provenance.dump();
-  if (options.chooses_layers || options.fit.has_map) return fit_layers(std::move(samples), options, progress);
-  return value_or_throw(
-      fit(samples.level, samples.header, options.fit, progress, samples.pairs[index_of(PairKind::measured)]));
 }
 
 /// Yarn of fewer bytes: its nodes to 1/256 of the thinnest radius, its light to 1/64.

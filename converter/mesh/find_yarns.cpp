@@ -78,7 +78,9 @@ class Tracer {
     std::vector<double> score(balls_.size());
     for (std::size_t i = 0; i < balls_.size(); ++i) {
       const double r = balls_[i].radius;
-      score[i] = count_near(balls_[i].centre, seed_reach * r, r) / expected(r, seed_reach);
+      int near = 0;
+      visit_tube(balls_[i].centre, seed_reach * r, r, [&](int, const V3d&) { ++near; });
+      score[i] = near / expected(r, seed_reach);
     }
     std::vector<int> seeds(balls_.size());
     std::iota(seeds.begin(), seeds.end(), 0);
@@ -111,12 +113,6 @@ class Tracer {
       if (offset.length2() > reach * reach || used_[i]) return;
       if (std::abs(balls_[i].radius - radius) <= radius_tolerance * radius) visit(i, offset);
     });
-  }
-
-  int count_near(const V3d& place, double reach, double radius) const {
-    int count = 0;
-    visit_tube(place, reach, radius, [&](int, const V3d&) { ++count; });
-    return count;
   }
 
   /// With `axis` the centre moves only across it.
@@ -205,17 +201,6 @@ class Tracer {
   PeriodicGrid grid_;
   std::vector<bool> used_;
 };
-
-/// Closed axes, the clearest first. `points_per_area`: balls per mm^2 of surface; `area`: of the surface,
-/// mm^2.
-std::vector<TubeAxis> trace_axes(const std::vector<InnerBall>& balls, const V2d& period,
-                                 double points_per_area, double area) {
-  std::vector<double> radii;
-  for (const InnerBall& ball : balls) radii.push_back(ball.radius);
-  if (radii.empty()) return {};
-  std::nth_element(radii.begin(), radii.begin() + radii.size() / 5, radii.end());
-  return Tracer(balls, period, points_per_area, area, 0.4 * radii[radii.size() / 5]).trace();
-}
 
 constexpr double tolerance = 0.1;         ///< radii
 constexpr float albedo_tolerance = 0.1F;  ///< of a colour channel
@@ -449,20 +434,6 @@ double length_of(const TubeAxis& axis, const V2d& period) {
   return length;
 }
 
-/// Leaves out tubes that the mesh shows too little of.
-void drop_unsupported(const Sampled& s, const V2d& period, std::vector<TubeAxis>& axes) {
-  const std::vector<Foot> feet = feet_of(s.points, axes, period);
-  std::vector<int> support(axes.size());
-  for (std::size_t p = 0; p < s.points.size(); ++p)
-    if (supports(s.points[p], feet[p], axes, tolerance)) ++support[feet[p].axis];
-  std::vector<TubeAxis> kept;
-  for (std::size_t a = 0; a < axes.size(); ++a) {
-    const double whole = 2 * std::numbers::pi * axes[a].radius * length_of(axes[a], period) * s.per_area;
-    if (support[a] >= min_support * whole) kept.push_back(std::move(axes[a]));
-  }
-  axes = std::move(kept);
-}
-
 /// Albedo of the curves, as the mean over the points that support them, and the fraction of all points that
 /// these represent.
 double describe(const std::vector<SampledPoint>& points, const V2d& period, const std::vector<TubeAxis>& axes,
@@ -509,18 +480,32 @@ std::vector<ChainPoint> dense_points(const TubeAxis& axis, const V2d& period) {
 FoundYarns find_yarns(const CellMesh& mesh) {
   FoundYarns found;
   const Sampled s = sample(mesh);
-  std::vector<TubeAxis> axes = trace_axes(s.balls, mesh.period, s.per_area, s.area);
+  if (s.balls.empty()) return found;
+  std::vector<double> radii;
+  for (const InnerBall& ball : s.balls) radii.push_back(ball.radius);
+  std::nth_element(radii.begin(), radii.begin() + radii.size() / 5, radii.end());
+  std::vector<TubeAxis> axes =
+      Tracer(s.balls, mesh.period, s.per_area, s.area, 0.4 * radii[radii.size() / 5]).trace();
   for (TubeAxis& axis : axes) {
     smooth(axis, mesh.period);
     refine(axis, mesh.period);
   }
   fit_to_surface(s.points, mesh.period, axes);
-  drop_unsupported(s, mesh.period, axes);
-  if (axes.empty()) return found;
+  // Tubes that the mesh shows too little of are left out.
+  const std::vector<Foot> feet = feet_of(s.points, axes, mesh.period);
+  std::vector<int> support(axes.size());
+  for (std::size_t p = 0; p < s.points.size(); ++p)
+    if (supports(s.points[p], feet[p], axes, tolerance)) ++support[feet[p].axis];
+  std::vector<TubeAxis> kept;
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const double whole = 2 * std::numbers::pi * axes[a].radius * length_of(axes[a], mesh.period) * s.per_area;
+    if (support[a] >= min_support * whole) kept.push_back(std::move(axes[a]));
+  }
+  if (kept.empty()) return found;
   std::vector<YarnCurve> curves;
-  found.explained_fraction = describe(s.points, mesh.period, axes, curves);
-  for (std::size_t a = 0; a < axes.size(); ++a)
-    append_chain(curves[a], dense_points(axes[a], mesh.period), axes[a].radius, {}, found.yarns);
+  found.explained_fraction = describe(s.points, mesh.period, kept, curves);
+  for (std::size_t a = 0; a < kept.size(); ++a)
+    append_chain(curves[a], dense_points(kept[a], mesh.period), kept[a].radius, {}, found.yarns);
   return found;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <numeric>
@@ -442,15 +443,9 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
   return found;
 }
 
-/// The name of a file without its folder and ending.
-std::string stem_of(const std::string& path) {
-  const std::size_t begin = path.find_last_of('/') + 1;
-  return path.substr(begin, path.find_last_of('.') - begin);
-}
-
 /// The stitch of a chart, which gets a name if it has none.
 BuiltIn stitch_of(ChartText& chart, const std::string& path) {
-  if (chart.name.empty()) chart.name = stem_of(path);
+  if (chart.name.empty()) chart.name = std::filesystem::path(path).stem().string();
   BuiltIn stitch = knit("", chart);
   stitch.info.name = path;
   return stitch;
@@ -510,7 +505,7 @@ Result<FoundStitch> draft_in(const std::string& text, const std::string& path, c
   FoundStitch found;
   found.min_texels = arrangement ? arrangement->map.kinds : texels_of(draft.weave);
   found.remarks = std::move(draft.remarks);
-  const std::string name = draft.title.empty() ? stem_of(path) : draft.title;
+  const std::string name = draft.title.empty() ? std::filesystem::path(path).stem().string() : draft.title;
   RelaxOptions options = relax_options(values, true, true);
   for (auto [prefix, yarns] :
        {std::pair("warp_", &draft.weave.warp), std::pair("weft_", &draft.weave.weft)}) {

@@ -239,8 +239,16 @@ int chains_of_plies(const Yarn& yarn) {
   return yarn.plies == 1 ? 1 : std::gcd(ply_twist_of(yarn).ply_shift, yarn.plies);
 }
 
-/// Gives the curves of a pattern their strands.
-void give_strands(const StitchPattern& described, const StitchPattern& laid, YarnData& yarns) {
+bool is_varied(const StitchPattern& pattern) {
+  return std::ranges::any_of(pattern.yarns, [](const Yarn& yarn) {
+    return yarn.fibre_kind != 0 || yarn.irregularity > 0 || yarn.hairiness > 0;
+  });
+}
+
+/// The curves of a pattern with their strands. `laid`: by lay_plies().
+YarnData stranded(const StitchPattern& described, const StitchPattern& laid) {
+  YarnData yarns = value_or_throw(yarn_curves_of(described));
+  if (!is_varied(laid)) return yarns;
   std::size_t c = 0;
   int chain = 0;
   const auto next_strands = [&] {
@@ -274,18 +282,6 @@ void give_strands(const StitchPattern& described, const StitchPattern& laid, Yar
     strands.shift = static_cast<int>(
         std::lround(std::clamp(lays * strands.count, -1.0 * max_noise_pieces, 1.0 * max_noise_pieces)));
   }
-}
-
-bool is_varied(const StitchPattern& pattern) {
-  return std::ranges::any_of(pattern.yarns, [](const Yarn& yarn) {
-    return yarn.fibre_kind != 0 || yarn.irregularity > 0 || yarn.hairiness > 0;
-  });
-}
-
-/// The curves of a pattern with their strands. `laid`: by lay_plies().
-YarnData stranded(const StitchPattern& described, const StitchPattern& laid) {
-  YarnData yarns = value_or_throw(yarn_curves_of(described));
-  if (is_varied(laid)) give_strands(described, laid, yarns);
   return yarns;
 }
 

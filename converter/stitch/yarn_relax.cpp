@@ -192,7 +192,11 @@ class Relaxation {
   /// Lists the contacts of pieces that may touch now.
   void find_touching() {
     if (approach_ <= touch_margin * widest_) return;
-    search_if_moved();
+    double moved = 0;  // since the last search; pieces of different chains may have met
+    for (std::size_t i = 0; i < pieces_.size(); ++i)
+      moved = std::max(moved, std::sqrt((pieces_[i].start - searched_[i].start).length2()) +
+                                  pieces_[i].extent - searched_[i].extent);
+    if ((options_.is_rough ? 1 : 2) * moved > (search_margin - touch_margin) * widest_) search();
     touching_.clear();
     touching_.reserve(contacts_.size());
     const double margin = touch_margin * widest_;
@@ -298,15 +302,14 @@ class Relaxation {
     const Piece& a = pieces_[c.a];
     const Piece& b = pieces_[c.b];
     const double min_distance = distance_of(a, b, a.reach + b.reach);
-    const double near = min_distance;
-    const double far = near + a.half + b.half;
+    const double far = min_distance + a.half + b.half;
     const V3d between = a.start - b.start - c.shift;
     const double middle2 = (between + (a.along - b.along) * 0.5).length2();
-    if (middle2 > far * far) return {min_distance + a.half + b.half - std::sqrt(middle2)};
+    if (middle2 > far * far) return {far - std::sqrt(middle2)};
     const Nearest n = nearest_of(between, a.along, b.along);
     const V3d apart = between + a.along * n.s - b.along * n.t;
     const double distance = std::sqrt(apart.length2());
-    if (distance >= near || distance == 0) return {min_distance - distance};
+    if (distance >= min_distance || distance == 0) return {min_distance - distance};
     if (a.section.squeeze == V3d(0) && b.section.squeeze == V3d(0))
       return {min_distance - distance, n, apart / distance};
     const V3d d = direction_of(apart, a, b);
@@ -322,8 +325,8 @@ class Relaxation {
     return overlap;
   }
 
-  /// Flattens soft sections where pieces overlap.
-  void press() {
+  /// Sections flatten under pressure, pass it on along the yarn, and recover by this fraction.
+  void soften(double recovery) {
     find_touching();
     for (Contact* c : touching_) {
       const Overlap overlap = overlap_now(*c);
@@ -338,11 +341,6 @@ class Relaxation {
           for (int j = 0; j < 3; ++j) strain[i][j] -= fraction * d[i] * d[j];
       }
     }
-  }
-
-  /// Sections flatten under pressure, pass it on along the yarn, and recover by this fraction.
-  void soften(double recovery) {
-    press();
     for (RelaxChain& chain : chains_) {
       if (!chain.is_soft) continue;
       diffuse_strains(chain.strains, soft_spread, recovery);
@@ -381,15 +379,6 @@ class Relaxation {
       along = std::abs(along + turns * n);
     }
     return along * chain.spacing < (pi + piece_) * chain.half_width;
-  }
-
-  /// Searches for contacts again if pieces of different ones may have met since the last search.
-  void search_if_moved() {
-    double moved = 0;
-    for (std::size_t i = 0; i < pieces_.size(); ++i)
-      moved = std::max(moved, std::sqrt((pieces_[i].start - searched_[i].start).length2()) +
-                                  pieces_[i].extent - searched_[i].extent);
-    if ((options_.is_rough ? 1 : 2) * moved > (search_margin - touch_margin) * widest_) search();
   }
 
   void search() {
@@ -456,19 +445,14 @@ class Relaxation {
         if (weight > 0) chain.points[i] += moves_[chain.first_index + i] * (over_relaxation / weight);
       }
     }
-    limit_thickness();
-    lay_pieces();
-    return largest;
-  }
-
-  /// Clamps all yarns to max_thickness_radii.
-  void limit_thickness() {
-    if (options_.max_thickness_radii == 0) return;
     for (RelaxChain& chain : chains_) {
+      if (options_.max_thickness_radii == 0) break;
       const double max_z =
           grown_ * std::max(0.0, 0.5 * options_.max_thickness_radii * thickest_ - chain.half_thickness);
       for (V3d& p : chain.points) p.z = std::clamp(p.z, -max_z, max_z);
     }
+    lay_pieces();
+    return largest;
   }
 
   RelaxOptions options_;
