@@ -110,7 +110,17 @@ void CellPass::begin(const FrameView& view, bool shows, int supersample, const P
                 .lights = lights_,
                 .is_economical = true});
   light_vertices();
-  slope_vertices();
+  const MergedSurfaces& mesh = scene_.mesh;
+  slopes_.resize(mesh.positions.size());
+  parallel_each(slopes_.size(), chunk, [&](std::size_t i) {
+    const auto vertex = static_cast<std::uint32_t>(i);
+    const V3f viewer = to_viewer(mesh.positions[i]);
+    const V3f normal = mesh.normal(vertex);
+    const V3f tangent = (mesh.tangent(vertex) - normal * normal.dot(mesh.tangent(vertex))).normalized();
+    const float facing = normal.dot(viewer);
+    const float rise = std::max(std::abs(facing), min_ray_rise);
+    slopes_[i] = {tangent.dot(viewer) / rise, normal.cross(tangent).dot(viewer) / rise, facing};
+  });
   // Marks of large triangles and of parts need planes; others get them once they are seen.
   parallel_each(extents_.size(), chunk, [&](std::size_t i) {
     if (has_parts_ || extents_[i].is_large()) set_planes(i);
@@ -274,20 +284,6 @@ V3f CellPass::to_viewer(const V3f& point) const {
   return camera_->projection == Projection::parallel
              ? V3f(camera_->to_viewer)
              : (V3f(camera_->position - scene_.origin) - point).normalized();
-}
-
-void CellPass::slope_vertices() {
-  const MergedSurfaces& mesh = scene_.mesh;
-  slopes_.resize(mesh.positions.size());
-  parallel_each(slopes_.size(), chunk, [&](std::size_t i) {
-    const auto vertex = static_cast<std::uint32_t>(i);
-    const V3f view = to_viewer(mesh.positions[i]);
-    const V3f normal = mesh.normal(vertex);
-    const V3f tangent = (mesh.tangent(vertex) - normal * normal.dot(mesh.tangent(vertex))).normalized();
-    const float facing = normal.dot(view);
-    const float rise = std::max(std::abs(facing), min_ray_rise);
-    slopes_[i] = {tangent.dot(view) / rise, normal.cross(tangent).dot(view) / rise, facing};
-  });
 }
 
 /// Homogeneous coordinates, as in the index pass: correct in perspective and for corners behind the viewer.

@@ -80,7 +80,6 @@ class CellPass {
   };
   enum class Kind : std::uint8_t { none, changed, plain };
   void light_vertices();
-  void slope_vertices();
   V3f to_viewer(const V3f& point) const;
   struct Edge {
     V3f along, turn;

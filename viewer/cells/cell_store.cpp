@@ -119,6 +119,7 @@ struct CellStore::Kept : Purpose {
 
 struct CellStore::Wanted : Purpose {
   CellSource source;
+  const Cloth* cloth = nullptr;
   const Fabric* fabric = nullptr;
   V2f period{1, 1};  ///< mm, of what an image repeats
   bool shows_map = false;
@@ -199,14 +200,12 @@ void CellStore::exchange_fabric(const FabricSides& fabric, const CellStore* shar
 CellStore::~CellStore() = default;
 
 bool CellStore::needs_neighbours(PatchSide patch) const {
-  Wanted one;
-  set_pixel(one, patch);
+  const Wanted one = pixel_of(patch);
   return patches_.is_part(patch / 2) && (is_economical_ || one.shows_map) && one.variation() != nullptr;
 }
 
 RepeatPlace CellStore::lookup_place(PatchSide patch, const RepeatPlace& place) const {
-  Wanted one;
-  set_pixel(one, patch);
+  const Wanted one = pixel_of(patch);
   const Variation* const variation = one.variation();
   if (variation == nullptr) return place;
   return displaced_place(*variation, place,
@@ -242,11 +241,6 @@ void CellStore::begin(const CellFrame& frame) {
   patches_.choose(frame.camera, origin_, frame.size, options_.patches, lights_.lights, options_.is_moving);
 }
 
-CellMemory CellStore::end() {
-  last_demand_ = demand_;
-  return memory_;
-}
-
 /// Levels and size of an image for pixels that are so much larger.
 void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
   const V2f shown = wanted.pixel_width_texels * levels_.footprint_pixels;
@@ -267,17 +261,18 @@ void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
     set_window(wanted.parts, wanted.margin, wanted.view.size);
 }
 
-/// Sets the fabric, whose number it returns, and the pixels of a patch.
-int CellStore::set_pixel(Wanted& wanted, PatchSide patch) const {
-  const int fabric = materials_[mesh_.triangles[patches_[patch / 2].any_triangle].surface].fabric;
-  ClothSide& cloth = (*cloths_)[fabric].seen_from(patch % 2 != 0);
+/// The fabric and the pixels of a patch.
+CellStore::Wanted CellStore::pixel_of(PatchSide patch) const {
+  Wanted wanted;
+  wanted.cloth = &(*cloths_)[materials_[mesh_.triangles[patches_[patch / 2].any_triangle].surface].fabric];
+  ClothSide& cloth = wanted.cloth->seen_from(patch % 2 != 0);
   wanted.source = cloth.source();
   wanted.fabric = &cloth.fabric;
   wanted.period = cloth.yarn ? cloth.yarn->yarns().tile() : cloth.fabric.period_mm;
-  wanted.shows_map = (*cloths_)[fabric].patches.has_map;
+  wanted.shows_map = wanted.cloth->patches.has_map;
   const ShownPatch& shown = patches_.shown(patch / 2);
   wanted.pixel_width_texels = shown.pixel_width_texels;
-  if (!(is_economical_ || wanted.shows_map) || !patches_.is_part(patch / 2)) return fabric;
+  if (!(is_economical_ || wanted.shows_map) || !patches_.is_part(patch / 2)) return wanted;
   const V2i repeat = patches_.repeat_of(patch / 2);
   wanted.first_stitch = V2i(repeat.x, -1 - repeat.y) * map_tile_stitches;
   wanted.parts = parts_of(shown, patches_.units_per_repeat());
@@ -286,14 +281,13 @@ int CellStore::set_pixel(Wanted& wanted, PatchSide patch) const {
   if (wanted.shows_map)
     wanted.margin += max_row_offset / (static_cast<float>(map_tile_stitches) *
                                        std::min(shown.pixel_width_texels.x, shown.pixel_width_texels.y));
-  return fabric;
+  return wanted;
 }
 
 CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool behind) const {
   const Patch& patch = patches_[need.patch / 2];
   const float side = need.patch % 2 == 0 ? 1.0F : -1.0F;
-  Wanted result;
-  const int fabric = set_pixel(result, need.patch);
+  Wanted result = pixel_of(need.patch);
   result.parts &= need.parts;
   result.seen_through_holes = behind;
   const V3f to_viewer = camera_->projection == Projection::parallel
@@ -325,9 +319,9 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
         (result.plane_lights & bit) != 0 ? 1 + std::popcount(result.plane_lights & (bit - 1)) : 0;
     V3f lamp = local(V3f(direction));
     // Parts of texels' patch may face a light that its mean does not.
-    if (!(*cloths_)[fabric].has_yarn && std::abs(lamp.z) < min_lamp_rise) {
-      lifted += (irradiance.x + irradiance.y + irradiance.z) / 3 *
-                (1 - (*cloths_)[fabric].transmitted_fraction) * (min_lamp_rise - std::max(lamp.z, 0.0F));
+    if (!result.cloth->has_yarn && std::abs(lamp.z) < min_lamp_rise) {
+      lifted += (irradiance.x + irradiance.y + irradiance.z) / 3 * (1 - result.cloth->transmitted_fraction) *
+                (min_lamp_rise - std::max(lamp.z, 0.0F));
       lamp.z = min_lamp_rise;
       lamp.normalize();
     }
@@ -344,8 +338,7 @@ CellStore::Wanted CellStore::wanted(const PatchNeed& need, float samples, bool b
   }
   if (around != nullptr) result.view.environment = turned(*around, tangent, up, normal);
   result.brightness =
-      lights_.brightness(normal, patch.mean_position, around, (*cloths_)[fabric].transmitted_fraction) +
-      lifted;
+      lights_.brightness(normal, patch.mean_position, around, result.cloth->transmitted_fraction) + lifted;
   result.view.has_hairs = !behind;
   result.view.hair_shadows = options_.hair_shadows;
   result.view.shadow_texels_per_pixel = options_.shadow_texels_per_pixel;
@@ -393,29 +386,10 @@ float CellStore::outdated(const Kept& kept, const Wanted& wanted, float samples)
   return worst;
 }
 
-/// Makes sizes smaller until all images fit into room_. Returns by how much their pixels are larger; none:
-/// even the coarsest do not fit, and these are set.
-std::optional<float> CellStore::fit(std::span<Work> works, float samples) const {
-  const auto fits = [&](float larger) {
-    double sum = 0;
-    for (Work& work : works) {
-      set_size(work.wanted, samples, larger);
-      sum += image_bytes(work.wanted.view);
-    }
-    return sum <= room_;
-  };
-  if (!fits(max_larger)) return std::nullopt;
-  // Sizes are not monotonic.
-  float larger = step_larger;
-  while (!fits(larger)) larger = std::min(larger * step_larger, max_larger);
-  return larger;
-}
-
 double CellStore::bytes_of(std::span<const PatchNeed> needs) const {
   double bytes = 0;
   for (const PatchNeed& need : needs) {
-    Wanted one;
-    set_pixel(one, need.patch);
+    Wanted one = pixel_of(need.patch);
     set_size(one, options_.samples_per_pixel_side, 1);
     bytes += image_bytes(one.view);
   }
@@ -439,9 +413,24 @@ std::optional<float> CellStore::budget(std::span<Work> all, float samples, const
     room_ = whole > most ? most / whole * full : most;
     memory_.wanted_bytes = std::max(memory_.wanted_bytes, whole);
   }
-  const std::optional<float> fitting = full > room_ ? fit(all, samples) : 1;
-  if (!fitting && request.coarsening < max_coarsening) return std::nullopt;
-  const float larger = fitting.value_or(max_larger);
+  float larger = 1;
+  if (full > room_) {
+    // Makes sizes smaller until all images fit.
+    const auto fits = [&] {
+      double sum = 0;
+      for (Work& work : all) {
+        set_size(work.wanted, samples, larger);
+        sum += image_bytes(work.wanted.view);
+      }
+      return sum <= room_;
+    };
+    larger = max_larger;
+    if (fits())
+      // Sizes are not monotonic.
+      for (larger = step_larger; !fits();) larger = std::min(larger * step_larger, max_larger);
+    else if (request.coarsening < max_coarsening)
+      return std::nullopt;
+  }
   memory_.is_coarser |= larger > 1 || request.coarsening > 0;
   return larger;
 }

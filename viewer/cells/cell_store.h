@@ -134,7 +134,10 @@ class CellStore {
   CellAnswer make(const CellRequest& request);
   static constexpr int max_coarsening = 8;
   /// Ends a frame.
-  CellMemory end();
+  CellMemory end() {
+    last_demand_ = demand_;
+    return memory_;
+  }
   const CellLook& look(PatchSide patch) const { return looks_[look_numbers_[patch]]; }
   bool is_late(PatchSide patch) const { return late_[patch] != 0; }
   /// Whether a call of this frame has made or kept the patch's own image.
@@ -152,9 +155,8 @@ class CellStore {
   struct Wanted;
   struct Work;
   Wanted wanted(const PatchNeed& need, float samples, bool behind) const;
-  int set_pixel(Wanted& wanted, PatchSide patch) const;
+  Wanted pixel_of(PatchSide patch) const;
   void set_size(Wanted& wanted, float samples, float larger) const;
-  std::optional<float> fit(std::span<Work> works, float samples) const;
   float outdated(const Kept& kept, const Wanted& wanted, float samples) const;
   std::shared_ptr<Kept> related_image(PatchSide patch, const Wanted& wanted, float samples) const;
   std::optional<float> budget(std::span<Work> all, float samples, const CellRequest& request);

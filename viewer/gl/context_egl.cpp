@@ -16,21 +16,6 @@ F extension(const char* name) {
   return reinterpret_cast<F>(eglGetProcAddress(name));
 }
 
-/// Displays without a window system: every device, then Mesa's surfaceless platform. EGL lists GPUs before
-/// software devices.
-std::vector<EGLDisplay> displays() {
-  std::vector<EGLDisplay> result;
-  const auto get = extension<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
-  if (get == nullptr) return result;
-  const auto query = extension<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
-  std::array<EGLDeviceEXT, 32> devices{};
-  EGLint count = 0;
-  if (query != nullptr && query(static_cast<EGLint>(devices.size()), devices.data(), &count) == EGL_TRUE)
-    for (EGLint i = 0; i < count; ++i) result.push_back(get(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr));
-  result.push_back(get(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
-  return result;
-}
-
 class EglContext final : public GraphicsContext {
  public:
   EglContext(EGLDisplay display, EGLContext context) : display_(display), context_(context) {}
@@ -84,7 +69,19 @@ std::unique_ptr<GraphicsContext> context_of(EGLDisplay display) {
 Result<std::unique_ptr<GraphicsContext>> make_egl_context() {
   if (eglBindAPI(EGL_OPENGL_API) != EGL_TRUE)
     return tl::unexpected(unavailable("there is no OpenGL behind it"));
-  for (EGLDisplay display : displays())
+  // Displays without a window system: every device, then Mesa's surfaceless platform. EGL lists GPUs before
+  // software devices.
+  std::vector<EGLDisplay> displays;
+  if (const auto get = extension<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT")) {
+    const auto query = extension<PFNEGLQUERYDEVICESEXTPROC>("eglQueryDevicesEXT");
+    std::array<EGLDeviceEXT, 32> devices{};
+    EGLint count = 0;
+    if (query != nullptr && query(static_cast<EGLint>(devices.size()), devices.data(), &count) == EGL_TRUE)
+      for (EGLint i = 0; i < count; ++i)
+        displays.push_back(get(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr));
+    displays.push_back(get(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
+  }
+  for (EGLDisplay display : displays)
     if (auto context = context_of(display)) return context;
   return tl::unexpected(unavailable("no device gives an OpenGL 4.5 core context without a window"));
 }

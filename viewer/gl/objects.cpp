@@ -119,11 +119,6 @@ GLuint GlObjects::buffer(std::size_t bytes, const void* data, GLbitfield flags) 
   return buffer;
 }
 
-GLuint GlObjects::vertex_array() {
-  gl_.CreateVertexArrays(1, &arrays_.emplace_back());
-  return arrays_.back();
-}
-
 GLuint GlObjects::plain_texture(GLenum format, int width, int height) {
   return textures_.emplace_back(make_plain_texture(gl_, format, width, height));
 }

@@ -47,7 +47,10 @@ class GlObjects {
   GLuint buffer(const std::vector<T>& values) {
     return buffer(values.size() * sizeof(T), values.data());
   }
-  GLuint vertex_array();
+  GLuint vertex_array() {
+    gl_.CreateVertexArrays(1, &arrays_.emplace_back());
+    return arrays_.back();
+  }
   GLuint plain_texture(GLenum format, int width, int height);
   /// A sampler of pictures with mip levels; `nearest`: without a filter where they are enlarged.
   GLuint sampler(Wrap u, Wrap v, bool nearest);

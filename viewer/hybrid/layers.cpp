@@ -236,7 +236,9 @@ class RowShader {
   /// nearest.
   void see_nearest() {
     thread_local std::array<RasterRows, 2> rows;
-    const bool is_drawn = has_blocks();
+    const bool is_drawn =
+        blocks_ == nullptr || blocks_->has_drawn_rows((pixels_.first_row + first_) / pixels_.supersample,
+                                                      (end_ - 1 - first_) / pixels_.supersample + 1);
     if (surfaces_.is_cpu_raster && is_drawn)
       for (std::size_t side = 0; side < 2; ++side) surfaces_.raster[side].draw(task_, rows[side]);
     for (int y = first_; y < end_; ++y) {
@@ -332,18 +334,10 @@ class RowShader {
  private:
   std::size_t index_of(int x, int y) const { return static_cast<std::size_t>(y) * pixels_.width + x; }
 
-  const std::uint8_t* blocks_of(int y) const {
-    const int row = (pixels_.first_row + y) / (blocks_->block_size * pixels_.supersample);
-    return blocks_->is_drawn.data() + static_cast<std::ptrdiff_t>(row) * blocks_->columns;
-  }
-  /// Whether some pixels of the rows are drawn.
-  bool has_blocks() const {
-    return blocks_ == nullptr || blocks_->has_drawn_rows((pixels_.first_row + first_) / pixels_.supersample,
-                                                         (end_ - 1 - first_) / pixels_.supersample + 1);
-  }
   void clear_beside(int y, std::span<TriangleSide> nearest, std::span<TriangleSide> behind) const {
-    const std::uint8_t* const blocks = blocks_of(y);
     const int side = blocks_->block_size * pixels_.supersample;
+    const std::uint8_t* const blocks =
+        blocks_->is_drawn.data() + std::ptrdiff_t{(pixels_.first_row + y) / side} * blocks_->columns;
     for (int x = 0; x < pixels_.width; ++x)
       if (blocks[x / side] == 0) nearest[x] = behind[x] = no_triangle_side;
   }

@@ -143,15 +143,6 @@ VisibilityPass::VisibilityPass(const GlFunctions& gl, const MergedSurfaces& mesh
   resize(bands);
 }
 
-VisibilityPass::Target VisibilityPass::make_target() {
-  std::vector<GLuint> colours;
-  for (const GLenum format : {GL_R32UI, GL_RGBA32F, GL_RGBA32UI})
-    if (colours.empty() || has_pbr_)
-      colours.push_back(target_objects_.plain_texture(format, bands_.width, bands_.rows));
-  const GLuint depth = target_objects_.plain_texture(GL_DEPTH32F_STENCIL8, bands_.width, bands_.rows);
-  return {target_objects_.framebuffer(colours, GL_DEPTH_STENCIL_ATTACHMENT, depth), depth};
-}
-
 void VisibilityPass::resize(const FrameBands& bands) {
   if (bands == bands_) return;
   target_objects_.clear();
@@ -159,17 +150,17 @@ void VisibilityPass::resize(const FrameBands& bands) {
   bands_ = bands;
 }
 
-void VisibilityPass::set_vertices(const ProjectedVertices& projected) {
-  gl_.NamedBufferSubData(clip_, 0, static_cast<GLsizeiptr>(projected.clip.size() * sizeof(V4f)),
-                         projected.clip.data());
-}
-
 void VisibilityPass::draw(int side, int round, int first_row, std::span<const std::uint32_t> triangles) {
   const auto& targets = targets_[side];
   Target& target = targets_[side][round % 2];
   // Most frames have no second round.
   if (target.framebuffer == 0) {
-    target = make_target();
+    std::vector<GLuint> colours;
+    for (const GLenum format : {GL_R32UI, GL_RGBA32F, GL_RGBA32UI})
+      if (colours.empty() || has_pbr_)
+        colours.push_back(target_objects_.plain_texture(format, bands_.width, bands_.rows));
+    const GLuint depth = target_objects_.plain_texture(GL_DEPTH32F_STENCIL8, bands_.width, bands_.rows);
+    target = {target_objects_.framebuffer(colours, GL_DEPTH_STENCIL_ATTACHMENT, depth), depth};
     check_errors(gl_, "frame buffer");
   }
   // Only the depth shows whether a pixel is empty, so colours are not cleared.

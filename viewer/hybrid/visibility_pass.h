@@ -83,7 +83,10 @@ class VisibilityPass {
   void resize(const FrameBands& bands);
 
   /// Sets the vertex positions of the following draws.
-  void set_vertices(const ProjectedVertices& projected);
+  void set_vertices(const ProjectedVertices& projected) {
+    gl_.NamedBufferSubData(clip_, 0, static_cast<GLsizeiptr>(projected.clip.size() * sizeof(V4f)),
+                           projected.clip.data());
+  }
 
   /// Draws one side (0: front, 1: back) of the band that begins at `first_row` of the frame, counted from its
   /// bottom. Round 0 shows the nearest of the listed triangles, round n those behind round n - 1 of the same
@@ -107,7 +110,6 @@ class VisibilityPass {
     GLuint depth = 0;
   };
 
-  Target make_target();
   /// Sets uniforms and textures of the current program for a surface.
   void bind_surface(std::size_t surface) const;
 

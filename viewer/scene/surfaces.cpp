@@ -120,17 +120,6 @@ Placed place(const Scene& scene, const SceneInstance& instance, const V3d& origi
   return placed;
 }
 
-/// The coordinates that tangents follow: the fabric's, or the normal texture's if the file has no
-/// tangents; nullptr if tangents are not needed.
-const std::vector<V2d>* tangent_coordinates(const SceneMaterial& material, const Mappings& mappings,
-                                            const std::vector<std::vector<V2d>>& uvs, const Placed& placed) {
-  int mapping = material.fabric ? 0 : -1;
-  if (!material.fabric && material.normal_texture.image >= 0 && placed.tangent.empty())
-    mapping = mappings.index_of(mapping_of(material.normal_texture));
-  if (mapping < 0 || uvs[mapping].empty()) return nullptr;
-  return &uvs[mapping];
-}
-
 /// The vertex of the file that a vertex is, or is a copy of.
 std::size_t source_of(std::size_t vertex, std::size_t given, const Tangents& tangents) {
   return vertex < given ? vertex : tangents.copy_sources[vertex - given];
@@ -177,10 +166,14 @@ Surface finish(const ScenePrimitive& primitive, const SceneMaterial& material, c
                const Placed& placed, const std::vector<std::vector<V2d>>& uvs) {
   Tangents tangents;
   tangents.indices = placed.indices;
-  if (const std::vector<V2d>* along = tangent_coordinates(material, mappings, uvs, placed)) {
+  // Tangents follow the fabric's coordinates, or the normal texture's if the file has no tangents.
+  int followed = material.fabric ? 0 : -1;
+  if (!material.fabric && material.normal_texture.image >= 0 && placed.tangent.empty())
+    followed = mappings.index_of(mapping_of(material.normal_texture));
+  if (followed >= 0 && !uvs[followed].empty()) {
     // A fabric counts as upright or mirrored seen from the normals; a normal texture as in MikkTSpace.
     const Facing facing = material.fabric ? Facing::normals : Facing::winding;
-    tangents = compute_tangents(placed.position, placed.normal, *along, placed.indices, facing);
+    tangents = compute_tangents(placed.position, placed.normal, uvs[followed], placed.indices, facing);
   } else if (!material.fabric) {
     tangents.tangents = placed.tangent;
   }

@@ -21,38 +21,6 @@
 namespace selvedge {
 namespace {
 
-/// Draws two repeats of a fabric file from near; ends soon, with any picture, once `interrupted` is true.
-/// Errors as of reading the file. Throws Failure.
-OfferedFabric offer_of(const std::string& path, std::uint64_t max_memory,
-                       const std::atomic<bool>& interrupted) {
-  std::vector<Fabric> fabrics(1);
-  fabrics[0] = value_or_throw(read_fabric(path, {.memory = max_memory}));
-  const V2d period(fabrics[0].period_mm);
-  const SwatchShot shot = swatch_shot(SwatchView::near, period, thumbnail_side, thumbnail_side);
-  Scene scene = swatch_scene(period, shot);
-  scene.fabrics.emplace_back().name = path;
-  RenderOptions options;
-  options.width = options.height = thumbnail_side;
-  options.supersample = 2;
-  options.layers = 1;
-  options.lights = shot.lights;
-  options.interrupt_flag = &interrupted;
-  const Frame frame = value_or_throw(render(scene, fabrics, shot.camera, options));
-  OfferedFabric offer{path, {}};
-  to_display_bytes(frame, default_display(), offer.picture);
-  return offer;
-}
-
-/// The fabric files (.exr) of a folder, sorted by name; none where it cannot be read.
-std::vector<std::string> fabrics_in(const std::string& folder) {
-  std::vector<std::string> paths;
-  std::error_code no_folder;
-  for (std::filesystem::directory_iterator at(folder, no_folder), end; at != end; at.increment(no_folder))
-    if (has_ending(at->path().string(), ".exr")) paths.push_back(at->path().string());
-  std::ranges::sort(paths);
-  return paths;
-}
-
 /// How long a request has to stay before its picture is drawn in full, as the mouse may still move.
 constexpr std::chrono::milliseconds still_after{100};
 
@@ -175,13 +143,28 @@ void PictureThread::run() {
       asked_ = false;
       if (next_) {
         number_ = requests_;
-        accept(*std::exchange(next_, std::nullopt));
+        RenderRequest request = *std::exchange(next_, std::nullopt);
+        if (request.generation == generation_) {
+          if (request.size != request_.size) request.redraw = std::max(request.redraw, Redraw::frame);
+          change_ = std::max(change_, request.redraw);
+          if (change_ != Redraw::none) stage_ = Stage::first;
+          probes_ = true;
+          request_ = std::move(request);
+        }
       }
       tasks = take_tasks();
     }
     for (const Task& task : tasks) perform(task);
     try {
-      step();
+      // One step of the way from the request to its best picture.
+      if (stage_ == Stage::first)
+        draw_first();
+      else if (stage_ == Stage::full)
+        draw_in_full();
+      else if (std::exchange(probes_, false))
+        probe();
+      else if (stage_ == Stage::samples)
+        add_samples();
     } catch (...) {
       post([&](RenderUpdate& update) { update.failure = thrown_error(""); });
       break;
@@ -199,29 +182,6 @@ void PictureThread::perform(const Task& task) {
     if (!said || task.action != &PictureThread::offer)
       update.messages.push_back(said ? *said : to_line(said.error()));
   });
-}
-
-void PictureThread::accept(RenderRequest request) {
-  if (request.generation != generation_) return;
-  if (request.size != request_.size) request.redraw = std::max(request.redraw, Redraw::frame);
-  change_ = std::max(change_, request.redraw);
-  if (change_ != Redraw::none) stage_ = Stage::first;
-  probes_ = true;
-  request_ = std::move(request);
-}
-
-/// One step of the way from the request to its best picture.
-void PictureThread::step() {
-  if (stage_ == Stage::first) {
-    draw_first();
-  } else if (stage_ == Stage::full) {
-    draw_in_full();
-  } else if (probes_) {
-    probes_ = false;
-    probe();
-  } else if (stage_ == Stage::samples) {
-    add_samples();
-  }
 }
 
 /// The first picture of the request, which is small where a large one takes long.
@@ -319,7 +279,11 @@ void PictureThread::probe() {
 std::string PictureThread::add(const std::string& path) {
   std::error_code unknown;
   if (std::filesystem::is_directory(path, unknown)) {
-    const std::vector<std::string> fabrics = fabrics_in(path);
+    // None where it cannot be read.
+    std::vector<std::string> fabrics;
+    for (std::filesystem::directory_iterator at(path, unknown), end; at != end; at.increment(unknown))
+      if (has_ending(at->path().string(), ".exr")) fabrics.push_back(at->path().string());
+    std::ranges::sort(fabrics);
     if (fabrics.empty())
       throw Failure{{Code::file_missing, path, {}, "there is no fabric file in this folder"}};
     for (const std::string& fabric : fabrics)
@@ -349,8 +313,23 @@ void PictureThread::add_fabric(const std::string& path) {
   added_[path] = static_cast<int>(picture_->fabrics().size()) - 1;
 }
 
+/// Draws two repeats of a fabric file from near.
 std::string PictureThread::offer(const std::string& path) {
-  OfferedFabric offered = offer_of(path, limits_.document.memory, asked_);
+  std::vector<Fabric> fabrics(1);
+  fabrics[0] = value_or_throw(read_fabric(path, {.memory = limits_.document.memory}));
+  const V2d period(fabrics[0].period_mm);
+  const SwatchShot shot = swatch_shot(SwatchView::near, period, thumbnail_side, thumbnail_side);
+  Scene scene = swatch_scene(period, shot);
+  scene.fabrics.emplace_back().name = path;
+  RenderOptions options;
+  options.width = options.height = thumbnail_side;
+  options.supersample = 2;
+  options.layers = 1;
+  options.lights = shot.lights;
+  options.interrupt_flag = &asked_;
+  const Frame frame = value_or_throw(render(scene, fabrics, shot.camera, options));
+  OfferedFabric offered{path, {}};
+  to_display_bytes(frame, default_display(), offered.picture);
   if (asked_)
     queue(path, &PictureThread::offer, When::between_samples);  // the picture comes first
   else

@@ -120,8 +120,6 @@ class PictureThread {
   enum class Stage { first, full, samples, rest };
 
   void run();
-  void accept(RenderRequest request);
-  void step();
   void draw_first();
   void draw_in_full();
   void add_samples();

@@ -60,11 +60,6 @@ Result<void> ShowPicture::add_fabric(const std::string& path) {
   return {};
 }
 
-/// Renderers point to the fabrics.
-void ShowPicture::drop_renderers() {
-  for (ShownSide& side : sides_) side.renderer.reset();
-}
-
 void ShowPicture::load(const ShowState& state) {
   drop_renderers();
   two_ = state.compared_fabrics.has_value();

@@ -83,7 +83,10 @@ class ShowPicture {
 
   ShowPicture() = default;
   std::span<ShownSide> sides() { return {sides_.data(), two_ ? sides_.size() : 1}; }
-  void drop_renderers();
+  /// They point to the fabrics.
+  void drop_renderers() {
+    for (ShownSide& side : sides_) side.renderer.reset();
+  }
   // These throw Failure.
   void load(const ShowState& state);
   void dress(const FabricChoice& choice, ShownSide& side) const;
