@@ -31,14 +31,6 @@ std::optional<std::pair<std::uint64_t, std::string>> whole_number(const std::str
   return std::pair(number, std::string(rest, end));
 }
 
-std::string fault_of_ending(const std::string& file, const std::vector<std::string>& endings) {
-  const auto fits = [&](const std::string& ending) {
-    return ending == "-" ? file == "-" : has_ending(file, ending);
-  };
-  if (std::ranges::any_of(endings, fits)) return {};
-  return fmt::format("\"{}\" does not end in {}", file, fmt::join(endings, " or "));
-}
-
 }  // namespace
 
 std::uint64_t Options::bytes_from(const char* option, const std::string& text) {
@@ -110,8 +102,14 @@ const Option& Option::in_range(double min, double max) const {
 }
 
 const Option& Option::ends_in(std::vector<std::string> endings) const {
-  option_->check(validator(
-      [endings = std::move(endings)](const std::string& file) { return fault_of_ending(file, endings); }));
+  option_->check(validator([endings = std::move(endings)](const std::string& file) {
+    const auto fits = [&](const std::string& ending) {
+      return ending == "-" ? file == "-" : has_ending(file, ending);
+    };
+    return std::ranges::any_of(endings, fits)
+               ? std::string()
+               : fmt::format("\"{}\" does not end in {}", file, fmt::join(endings, " or "));
+  }));
   return *this;
 }
 

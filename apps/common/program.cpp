@@ -35,15 +35,6 @@ std::string first_file(const CLI::App& verb) {
   return "";
 }
 
-/// Reports the error of a verb; the exit status.
-int refuse_run(const CommonOptions& common, const std::string& verb, const Error& error) {
-  if (common.json)
-    fmt::print("{}", report_text(with_report_header(verb.c_str(), {{"error", to_json(error)}})));
-  else
-    report_error(error);
-  return 1;
-}
-
 /// "-o, --output"; for an argument without a flag its own name.
 std::string names_of(const CLI::Option& option) {
   std::vector<std::string> names;
@@ -185,7 +176,13 @@ int Program::parse_and_run(int argc, const char* const* argv) {
     Options& options = *verb->options;
     if (!options.app().parsed()) continue;
     const Result<int> status = status_of(*verb);
-    return status ? *status : refuse_run(options.common(), options.app().get_name(), status.error());
+    if (status) return *status;
+    if (options.common().json)
+      fmt::print("{}", report_text(with_report_header(options.app().get_name().c_str(),
+                                                      {{"error", to_json(status.error())}})));
+    else
+      report_error(status.error());
+    return 1;
   }
   return 2;
 }

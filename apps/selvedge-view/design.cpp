@@ -41,13 +41,6 @@ Json recipe_of(const std::string& input) {
   return recipe;
 }
 
-/// JSON in an element: no string ends that.
-std::string element_of(const Json& recipes) {
-  std::string text = recipes.dump(-1, ' ', false, Json::error_handler_t::replace);
-  for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos;) text.insert(++at, "\\");
-  return "<script type=\"application/json\" id=\"recipes\">" + text + "</script>\n";
-}
-
 Result<int> run(const DesignCommand& command) {
   TemporaryFolder bench;
   const bool is_garment = command.input.ends_with(".glb");
@@ -65,7 +58,11 @@ Result<int> run(const DesignCommand& command) {
   page.inputs = {bench.next_path(".glb")};
   value_or_throw(dress(is_garment ? command.input : shared_file("sweater.glb"), fabric, page.inputs.front(),
                        {.all_cloth = true, .embed = true}));
-  return write_page("design", page, element_of(recipes));
+  // No string of JSON ends the element.
+  std::string text = recipes.dump(-1, ' ', false, Json::error_handler_t::replace);
+  for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos;) text.insert(++at, "\\");
+  return write_page("design", page,
+                    "<script type=\"application/json\" id=\"recipes\">" + text + "</script>\n");
 }
 
 }  // namespace

@@ -58,20 +58,6 @@ std::string packed(std::span<const std::uint8_t> bytes) {
   return base64({result.data(), count});
 }
 
-/// Puts fabrics that are files of their own into the document.
-void embed_fabrics(GltfDocument& document) {
-  const auto fabrics = value_or_throw(read_fabric_entries(document));
-  for (std::size_t i = 0; i < fabrics.size(); ++i) {
-    const std::string& path = fabrics[i].path;
-    if (path.empty()) continue;
-    const auto bytes = value_or_throw(read_file(path));
-    const int view = append_view(document, bytes_of(bytes));
-    Json& entry = document.json["extensions"][names::gltf::fabric_extension][names::gltf::fabrics][i];
-    entry.erase("uri");
-    entry["bufferView"] = view;
-  }
-}
-
 /// Takes meshes and lights from nodes that KHR_node_visibility hides, which three.js does not know.
 void drop_hidden(GltfDocument& document) {
   std::vector<std::size_t> open;
@@ -91,10 +77,18 @@ void drop_hidden(GltfDocument& document) {
   }
 }
 
-/// The bytes of a .glb file that has all of a garment, its geometry plain.
+/// The bytes of a .glb file that has all of a garment, its fabrics too, its geometry plain.
 std::string whole_garment(const std::string& path, const GltfLimits& limits) {
   auto document = value_or_throw(load_gltf(path, limits));
-  embed_fabrics(document);
+  const auto fabrics = value_or_throw(read_fabric_entries(document));
+  for (std::size_t i = 0; i < fabrics.size(); ++i) {
+    if (fabrics[i].path.empty()) continue;
+    const auto file = value_or_throw(read_file(fabrics[i].path));
+    const int view = append_view(document, bytes_of(file));
+    Json& entry = document.json["extensions"][names::gltf::fabric_extension][names::gltf::fabrics][i];
+    entry.erase("uri");
+    entry["bufferView"] = view;
+  }
   drop_hidden(document);
   const auto bytes = value_or_throw(pack_glb(std::move(document)));
   return {bytes.begin(), bytes.end()};

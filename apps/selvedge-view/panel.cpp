@@ -44,13 +44,14 @@ void widen_redraw(Redraw& change, bool changed, Redraw to) {
 
 /// Lines of the panel that edit values of the frame.
 template <class Number>
-void slider(Redraw& change, const char* name, Number& value, std::type_identity_t<Number> min,
+bool slider(Redraw& change, const char* name, Number& value, std::type_identity_t<Number> min,
             std::type_identity_t<Number> max, const char* format = "%d", ImGuiSliderFlags flags = 0) {
   constexpr int type = std::is_integral_v<Number> ? ImGuiDataType_S32 : ImGuiDataType_Float;
   label(name);
-  widen_redraw(
-      change, ImGui::SliderScalar(fmt::format("##{}", name).c_str(), type, &value, &min, &max, format, flags),
-      Redraw::frame);
+  const bool changed =
+      ImGui::SliderScalar(fmt::format("##{}", name).c_str(), type, &value, &min, &max, format, flags);
+  widen_redraw(change, changed, Redraw::frame);
+  return changed;
 }
 
 bool check_box(Redraw& change, const char* name, bool& value) {
@@ -60,10 +61,11 @@ bool check_box(Redraw& change, const char* name, bool& value) {
   return changed;
 }
 
-/// A drop-down list. `none`, unless empty, is the name of -1. Returns whether the
-/// choice changed.
+/// A drop-down list, of which a choice needs the redraw `to`. `none`, unless empty, is the name of -1.
+/// Returns whether the choice changed.
 template <class Names>
-bool choose(const char* id, const Names& names, int& chosen, const std::string& none = {}) {
+bool choose(Redraw& change, const char* id, const Names& names, int& chosen, Redraw to,
+            const std::string& none = {}) {
   const auto name_of = [&](int i) { return i < 0 ? none : std::string(names[i]); };
   bool changed = false;
   if (!ImGui::BeginCombo(id, name_of(chosen).c_str())) return false;
@@ -76,6 +78,7 @@ bool choose(const char* id, const Names& names, int& chosen, const std::string& 
     ImGui::PopID();
   }
   ImGui::EndCombo();
+  widen_redraw(change, changed, to);
   return changed;
 }
 
@@ -318,7 +321,7 @@ void Panel::handle_keys(const PanelInfo& info, ShowState& state, PanelRequest& r
 
 void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& request) {
   label("path");
-  widen_redraw(request.redraw, choose("##path", path_names, state.path), Redraw::scene);
+  choose(request.redraw, "##path", path_names, state.path, Redraw::scene);
   const std::string shown =
       state.levels.forced_level < 0 ? "by footprint" : fmt::format("{}", state.levels.forced_level);
   slider(request.redraw, "level", state.levels.forced_level, -1, info.picture.levels - 1, shown.c_str());
@@ -332,17 +335,12 @@ void Panel::edit_view(const PanelInfo& info, ShowState& state, PanelRequest& req
 
 void Panel::edit_clip(const PanelInfo& info, ShowState& state, PanelRequest& request) {
   label("clip");
-  if (choose("##clip", info.picture.clips, state.clip)) {
-    state.clip_time = 0;
-    widen_redraw(request.redraw, true, Redraw::frame);
-  }
+  if (choose(request.redraw, "##clip", info.picture.clips, state.clip, Redraw::frame)) state.clip_time = 0;
   ImGui::Checkbox("play (space)", &state.plays_clip);
   auto time = static_cast<float>(state.clip_time);
-  label("time");
-  if (ImGui::SliderFloat("##time", &time, 0, static_cast<float>(info.picture.clip_seconds), "%.2f s")) {
+  if (slider(request.redraw, "time", time, 0, static_cast<float>(info.picture.clip_seconds), "%.2f s")) {
     state.plays_clip = false;
     state.clip_time = static_cast<double>(time);
-    widen_redraw(request.redraw, true, Redraw::frame);
   }
   slider(request.redraw, "speed", state.clip_speed, 0.1F, 4, "%.2f", ImGuiSliderFlags_Logarithmic);
 }
@@ -357,7 +355,7 @@ void Panel::edit_light(ShowState& state, PanelRequest& request) {
   }
   auto tone_curve = static_cast<int>(state.display.tone_curve);
   label("tone curve");
-  widen_redraw(request.redraw, choose("##tone", tone_curve_names, tone_curve), Redraw::display);
+  choose(request.redraw, "##tone", tone_curve_names, tone_curve, Redraw::display);
   state.display.tone_curve = static_cast<ToneCurve>(tone_curve);
   label("background");
   V3f background = each(state.display.background.value_or(V3f(0, 0, 0)), linear_to_srgb);
@@ -390,10 +388,8 @@ void Panel::edit_light(ShowState& state, PanelRequest& request) {
   for (const auto& environment : state.environments)
     names.push_back(environment->name.substr(environment->name.find_last_of('/') + 1));
   label("environment");
-  if (choose("##environment", names, state.environment, "none")) {
+  if (choose(request.redraw, "##environment", names, state.environment, Redraw::frame, "none"))
     state.display.exposure *= default_exposure(state) / usual;
-    widen_redraw(request.redraw, true, Redraw::frame);
-  }
   if (state.environment >= 0) {
     slider(request.redraw, "turned", state.environment_turn, -180, 180, "%.0f degrees");
     slider(request.redraw, "strength", state.environment_strength, 0, 10, "%.2f",
@@ -473,10 +469,8 @@ void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& 
     if (materials[i].empty()) continue;
     ImGui::PushID(static_cast<int>(i));
     label(materials[i].c_str());
-    widen_redraw(
-        request.redraw,
-        choose("##fabric", info.picture.fabric_names, state.worn_fabrics.fabrics[i], "(core material)"),
-        Redraw::scene);
+    choose(request.redraw, "##fabric", info.picture.fabric_names, state.worn_fabrics.fabrics[i],
+           Redraw::scene, "(core material)");
     FabricFit& fit = state.worn_fabrics.fits[i];
     label("size, turn");
     auto size = static_cast<float>(fit.stitch_scale);
@@ -487,7 +481,7 @@ void Panel::edit_fabrics(const PanelInfo& info, ShowState& state, PanelRequest& 
     fit.stitch_scale = std::max(static_cast<double>(size), 1e-3);
     ImGui::SameLine();
     ImGui::SetNextItemWidth(-1);
-    widen_redraw(request.redraw, choose("##turn", quarter_turns, fit.quarter_turns), Redraw::scene);
+    choose(request.redraw, "##turn", quarter_turns, fit.quarter_turns, Redraw::scene);
     label("tint");
     V3f tint = each(fit.tint, linear_to_srgb);
     if (ImGui::ColorEdit3("##tint", &tint.x, ImGuiColorEditFlags_DisplayHex)) {

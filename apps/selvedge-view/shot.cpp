@@ -138,15 +138,6 @@ void add_variants(const RenderCommand& command, Shot& shot) {
   if (shot.variants.empty()) shot.variants.emplace_back();
 }
 
-LoadedScene load(const RenderCommand& command, std::optional<Motion>& motion) {
-  const PictureOptions& picture = command.picture;
-  SceneChoice choice = command.choice;
-  choice.loads_unused_fabrics = !command.variants.empty();
-  if (command.animation.empty()) return value_or_throw(load_scene(picture.input, choice, picture.limits));
-  motion = value_or_throw(Motion::load(picture.input, command.animation, choice, picture.limits));
-  return value_or_throw(motion->load_scene());
-}
-
 }  // namespace
 
 Shot read_shot(const RenderCommand& command) {
@@ -162,7 +153,13 @@ Shot read_shot(const RenderCommand& command) {
   if (has_ending(command.picture.input, ".exr")) {
     read_swatch(command, shot, own_lights);
   } else {
-    static_cast<LoadedScene&>(shot) = load(command, shot.motion);
+    SceneChoice choice = command.choice;
+    choice.loads_unused_fabrics = !command.variants.empty();
+    const PictureOptions& picture = command.picture;
+    if (!command.animation.empty())
+      shot.motion = value_or_throw(Motion::load(picture.input, command.animation, choice, picture.limits));
+    static_cast<LoadedScene&>(shot) = value_or_throw(
+        shot.motion ? shot.motion->load_scene() : load_scene(picture.input, choice, picture.limits));
     own_lights = scene_lights(shot.scene);
     add_variants(command, shot);
     add_frames(command, shot);

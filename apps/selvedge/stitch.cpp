@@ -61,18 +61,6 @@ Result<int> list_parameters(const StitchCommand& command, const StitchInfo& info
   return 0;
 }
 
-/// The parameters and cells of a text; with --json the cells of one that is refused, too.
-Result<int> describe_text(const StitchCommand& command) {
-  const auto info = describe_stitch(command.input);
-  const Json cells = chart_or_draft_json(command.input);
-  if (!info && (cells.is_null() || !command.common.json)) throw Failure{info.error()};
-  if (info && !command.common.json) return list_parameters(command, *info);
-  Json json = info ? to_json(*info) : Json{{"stitch", command.input}, {"error", to_json(info.error())}};
-  if (!cells.is_null()) json["cells"] = cells;
-  report(command.common, "stitch", json, "");
-  return info ? 0 : 1;
-}
-
 Result<int> list_stitches(const StitchCommand& command) {
   Json list = Json::array();
   std::string text;
@@ -81,9 +69,19 @@ Result<int> list_stitches(const StitchCommand& command) {
     list.push_back({{"name", info.name}, {"description", info.description}, {"cover", info.cover_fraction}});
     text += fmt::format("{:14} cover {:.3f}  {}\n", info.name, info.cover_fraction, info.description);
   }
-  if (!command.input.empty()) return describe_text(command);
-  report(command.common, "stitch", {{"stitches", list}}, text);
-  return 0;
+  if (command.input.empty()) {
+    report(command.common, "stitch", {{"stitches", list}}, text);
+    return 0;
+  }
+  // The parameters and cells of a text; with --json the cells of one that is refused, too.
+  const auto info = describe_stitch(command.input);
+  const Json cells = chart_or_draft_json(command.input);
+  if (!info && (cells.is_null() || !command.common.json)) throw Failure{info.error()};
+  if (info && !command.common.json) return list_parameters(command, *info);
+  Json json = info ? to_json(*info) : Json{{"stitch", command.input}, {"error", to_json(info.error())}};
+  if (!cells.is_null()) json["cells"] = cells;
+  report(command.common, "stitch", json, "");
+  return info ? 0 : 1;
 }
 
 /// Adds how a knit came to rest.
