@@ -159,13 +159,9 @@ class KnitCloth {
   bool is_still(std::uint32_t i) const { return !active_.empty() && active_[i] == 0; }
 
   // knit_kinds.cpp: what rests alike.
-  static constexpr std::uint32_t no_image = ~std::uint32_t{0};
   struct PartShape;
   std::vector<std::vector<std::array<int, 2>>> part_shapes(const std::vector<int>& rows_of) const;
   void find_mirror();
-  /// Gives each kind its mean with its image, of vectors, else without.
-  template <class Value>
-  void take_means(std::vector<Value>& values) const;
 
   // knit_cloth.cpp: what rests.
   void set_tiles();

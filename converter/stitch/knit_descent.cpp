@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "converter/stitch/knit_contacts.h"
+#include "converter/stitch/relax_chain.h"
 #include "converter/stitch/yarn_relax.h"
 #include "format/base/parallel.h"
 
@@ -238,7 +239,7 @@ KnitCloth::Vector KnitCloth::descent() const {
   }
   for (V3d& p : v.points) p = -p;
   v.period = -v.period;
-  if (!images_.empty()) take_means(v.points);
+  if (!images_.empty()) take_means(kind_of_, images_, v.points);
   return v;
 }
 

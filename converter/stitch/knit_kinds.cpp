@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <type_traits>
 #include <vector>
 
 #include "converter/stitch/knit_cloth.h"
+#include "converter/stitch/relax_chain.h"
 
 namespace selvedge {
 namespace {
@@ -138,29 +138,5 @@ void KnitCloth::find_mirror() {
     return;
   }
 }
-
-template <class Value>
-void KnitCloth::take_means(std::vector<Value>& values) const {
-  std::vector<Value> sums(images_.size(), Value(0.0));
-  std::vector<int> counts(images_.size(), 0);
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    sums[kind_of_[i]] += values[i];
-    ++counts[kind_of_[i]];
-  }
-  std::vector<Value> means = sums;
-  for (std::size_t k = 0; k < means.size(); ++k) {
-    int count = counts[k];
-    if constexpr (std::is_same_v<Value, V3d>)
-      if (const std::uint32_t image = images_[k]; image != no_image) {
-        means[k] += V3d(-sums[image].x, sums[image].y, sums[image].z);
-        count += counts[image];
-      }
-    means[k] *= 1.0 / count;
-  }
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = means[kind_of_[i]];
-}
-
-template void KnitCloth::take_means(std::vector<V3d>&) const;
-template void KnitCloth::take_means(std::vector<Imath::M33d>&) const;
 
 }  // namespace selvedge

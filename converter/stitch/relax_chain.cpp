@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 #include <utility>
 
 namespace selvedge {
@@ -19,21 +20,30 @@ double exp_of(double x) {
 
 }  // namespace
 
-std::vector<V3d> resampled(const RelaxChain& chain, std::size_t count) {
-  const double step = chain.length() / static_cast<double>(count);
+std::vector<V3d> resampled(const RelaxChain& chain, std::size_t count, std::size_t parts) {
   std::vector<V3d> points;
-  double walked = 0;
-  for (std::size_t i = 0; i < chain.points.size() && points.size() < count; ++i) {
-    const V3d a = chain.points[i];
-    const V3d b = chain.next_point(i);
-    const double length = (b - a).length();
-    while (points.size() < count && static_cast<double>(points.size()) * step <= walked + length) {
-      const double part = (static_cast<double>(points.size()) * step - walked) / std::max(length, 1e-300);
-      points.push_back(a + (b - a) * std::clamp(part, 0.0, 1.0));
+  const std::size_t old = chain.points.size() / parts;
+  for (std::size_t part = 0, first = 0; part < parts; ++part, first += old) {
+    const std::size_t begin = points.size();
+    const std::size_t end = begin + count / parts;
+    double whole = 0;
+    for (std::size_t i = first; i < first + old; ++i)
+      whole += (chain.next_point(i) - chain.points[i]).length();
+    const double step = whole / static_cast<double>(end - begin);
+    const auto next = [&] { return static_cast<double>(points.size() - begin) * step; };
+    double walked = 0;
+    for (std::size_t i = first; i < first + old && points.size() < end; ++i) {
+      const V3d a = chain.points[i];
+      const V3d b = chain.next_point(i);
+      const double length = (b - a).length();
+      while (points.size() < end && next() <= walked + length) {
+        const double part_of_way = (next() - walked) / std::max(length, 1e-300);
+        points.push_back(a + (b - a) * std::clamp(part_of_way, 0.0, 1.0));
+      }
+      walked += length;
     }
-    walked += length;
+    while (points.size() < end) points.push_back(chain.points[first + old - 1]);  // rounding at the very end
   }
-  while (points.size() < count) points.push_back(chain.points.back());  // rounding at the very end
   return points;
 }
 
@@ -96,5 +106,31 @@ void smooth(RelaxChain& chain, double time, double bending) {
   sweep(swept, chain.points, true);
   for (std::size_t i = 0; i < count; ++i) chain.points[i] += step * static_cast<double>(i);
 }
+
+template <class Value>
+void take_means(std::span<const std::uint32_t> kind_of, std::span<const std::uint32_t> images,
+                std::vector<Value>& values) {
+  std::vector<Value> sums(images.size(), Value(0.0));
+  std::vector<int> counts(images.size(), 0);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    sums[kind_of[i]] += values[i];
+    ++counts[kind_of[i]];
+  }
+  std::vector<Value> means = sums;
+  for (std::size_t k = 0; k < means.size(); ++k) {
+    int count = counts[k];
+    if constexpr (std::is_same_v<Value, V3d>)
+      if (const std::uint32_t image = images[k]; image != no_image) {
+        means[k] += V3d(-sums[image].x, sums[image].y, sums[image].z);
+        count += counts[image];
+      }
+    means[k] *= 1.0 / count;
+  }
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = means[kind_of[i]];
+}
+
+template void take_means(std::span<const std::uint32_t>, std::span<const std::uint32_t>, std::vector<V3d>&);
+template void take_means(std::span<const std::uint32_t>, std::span<const std::uint32_t>,
+                         std::vector<Imath::M33d>&);
 
 }  // namespace selvedge

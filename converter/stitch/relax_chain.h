@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -65,11 +66,18 @@ void diffuse_strains(std::span<Imath::M33d> strains, double spread, double recov
 /// in radii.
 double set_squeeze(Imath::M33d& strain, const V3d& along, V3d& squeeze);
 
-/// Points at equal distances along a chain, linear between the old ones.
-std::vector<V3d> resampled(const RelaxChain& chain, std::size_t count);
+/// Points at equal distances along each of so many parts of a chain with as many points each, linear between
+/// the old ones.
+std::vector<V3d> resampled(const RelaxChain& chain, std::size_t count, std::size_t parts);
 
 /// One implicit step of a closed chain under tension and bending, `time` in squared radii: the inverse of
 /// 1 + pull u + bend u^2, where -u takes second differences, by the Cholesky factor of the endless chain.
 void smooth(RelaxChain& chain, double time, double bending);
+
+inline constexpr std::uint32_t no_image = ~std::uint32_t{0};
+/// Gives the values of each kind their mean; vectors also with the ones of its mirror image, where x is -x.
+template <class Value>
+void take_means(std::span<const std::uint32_t> kind_of, std::span<const std::uint32_t> images,
+                std::vector<Value>& values);
 
 }  // namespace selvedge

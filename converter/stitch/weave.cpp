@@ -1,7 +1,9 @@
 #include "converter/stitch/weave.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <map>
 #include <utility>
 
 namespace selvedge {
@@ -66,6 +68,34 @@ StitchPattern draw_weave(const Weave& weave, const std::string& name) {
     pattern.yarns.push_back(std::move(yarn));
   }
   return pattern;
+}
+
+std::vector<std::vector<std::uint32_t>> crossing_kinds(const StitchPattern& weave) {
+  const std::size_t rows = weave.yarns.front().segments.size();
+  const std::size_t columns = weave.yarns.size() - rows;
+  const auto width = [](const BezierSegment& segment) { return (segment[3] - segment[0]).dot(V3d(1, 1, 0)); };
+  std::map<std::vector<double>, std::uint32_t> numbers;
+  std::vector<std::vector<std::uint32_t>> kinds(weave.yarns.size());
+  for (std::size_t i = 0; i < columns; ++i)
+    for (std::size_t j = 0; j < rows; ++j) {
+      for (const Yarn* yarn : {&weave.yarns[i], &weave.yarns[columns + j]})
+        if (std::abs(width(yarn->segments[yarn == &weave.yarns[i] ? j : i]) / width(yarn->segments[0]) - 1) >
+            1e-6)
+          return {};
+      std::vector<double> key;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t x = (i + columns + k - 1) % columns;
+        const std::size_t y = (j + rows + k - 1) % rows;
+        for (const Yarn* yarn : {&weave.yarns[x], &weave.yarns[columns + y]})
+          key.insert(key.end(), {yarn->radius_mm, yarn->flattening, yarn->fibre_kind != 0 ? 1.0 : 0.0});
+        for (const std::size_t above : {j + rows - 1, j, j + 1})
+          key.push_back(weave.yarns[x].segments[above % rows][0].z > 0 ? 1 : 0);
+      }
+      const auto number = static_cast<std::uint32_t>(numbers.size());
+      for (auto* of_yarn : {&kinds[i], &kinds[columns + j]})
+        of_yarn->push_back(numbers.try_emplace(key, number).first->second);
+    }
+  return kinds;
 }
 
 Weave corner_of(const Weave& weave, std::size_t warps, std::size_t wefts) {

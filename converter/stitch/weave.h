@@ -1,6 +1,7 @@
 // Converts drawdowns of weaves to patterns: yarns that pass over and under each other.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,10 @@ struct Weave {
 /// RelaxOptions::start_fraction of their radius. Precondition: at least one yarn each way and arrays of
 /// matching sizes.
 StitchPattern draw_weave(const Weave& weave, const std::string& name);
+
+/// Numbers of the kinds of crossings along each yarn of a drawn weave, by the sides of the 3 x 3 crossings
+/// and the yarns about them, of any colours. Empty where the yarns are not evenly spaced.
+std::vector<std::vector<std::uint32_t>> crossing_kinds(const StitchPattern& weave);
 
 /// The first yarns of a weave each way, all where there are fewer.
 Weave corner_of(const Weave& weave, std::size_t warps, std::size_t wefts);

@@ -1,15 +1,18 @@
 #include "converter/stitch/yarn_relax.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <numbers>
 
 #include "converter/mesh/surface_points.h"
 #include "converter/stitch/clearance.h"
 #include "converter/stitch/flat_yarn.h"
 #include "converter/stitch/relax_chain.h"
+#include "converter/stitch/weave.h"
 
 namespace selvedge {
 namespace {
@@ -38,6 +41,7 @@ constexpr double rough_piece_radii = 0.8;
 constexpr int rough_projections = 6;
 constexpr int rough_steps = 60;
 constexpr double rough_settled_overlap = 0.02;
+constexpr double crimp = 1.1;  // of yarns over their way, about
 
 /// Sections of soft yarn: strain that a step adds for an overlap of a radius; fraction of the strain that it
 /// takes back, and that it passes on to either neighbour.
@@ -71,6 +75,7 @@ class Relaxation {
   Relaxation(const StitchPattern& pattern, const RelaxOptions& options)
       : options_(options), period_(pattern.period_mm.x, pattern.period_mm.y, 0) {
     if (options.is_rough) options_.steps = rough_steps;
+    if (options.is_rough && options.in_plane_restoring > 0) kinds_ = crossing_kinds(pattern);
     for (const Yarn& yarn : pattern.yarns) {
       RelaxChain chain;
       chain.is_soft = yarn.fibre_kind != 0;
@@ -85,6 +90,11 @@ class Relaxation {
       constexpr int fine = 32;
       for (const BezierSegment& segment : yarn.segments)
         for (int k = 0; k < fine; ++k) chain.points.push_back(point_at(segment, 1.0 * k / fine));
+      // Parts of yarns that rest alike begin half-way between two crossings.
+      if (!kinds_.empty()) {
+        std::rotate(chain.points.begin(), chain.points.begin() + fine / 2, chain.points.end());
+        for (int k = 0; k < fine / 2; ++k) chain.points.end()[-1 - k] += chain.period_offset;
+      }
       // Rounded, as the sines of drawings differ in their last bits between machines.
       const double unit = yarn.radius_mm / (1 << 20);
       for (V3d& p : chain.points)
@@ -97,6 +107,7 @@ class Relaxation {
       thickest_ = std::max(thickest_, chain.half_thickness);
     }
     distribute();
+    number_points();
   }
 
   /// Returns the fraction of the radii for which there is room.
@@ -215,18 +226,21 @@ class Relaxation {
 
   void distribute() {
     std::size_t begin = 0;
-    for (RelaxChain& chain : chains_) {
-      const double pieces = std::max(12.0, std::round(chain.length() / (piece_ * chain.radius)));
+    for (std::size_t c = 0; c < chains_.size(); ++c) {
+      RelaxChain& chain = chains_[c];
+      const std::size_t parts = kinds_.empty() ? 1 : kinds_[c].size();
+      const double length = kinds_.empty() ? chain.length() : crimp * chain.period_offset.length();
+      const auto each = static_cast<double>(parts);
+      const double pieces =
+          each * std::max(std::ceil(12 / each), std::round(length / (piece_ * chain.radius * each)));
       const std::size_t before = chain.points.size();
-      chain.points = resampled(chain, static_cast<std::size_t>(pieces));
+      chain.points = resampled(chain, static_cast<std::size_t>(pieces), parts);
       chain.half_widths.assign(chain.points.size(), chain.half_width);
-      if (chain.is_soft) {
-        const std::vector<Imath::M33d> old = chain.strains;
-        chain.strains.assign(chain.points.size(), Imath::M33d(0.0));
-        for (std::size_t i = 0; i < chain.points.size() && !old.empty(); ++i)
-          chain.strains[i] = old[i * before / chain.points.size()];
-        set_squeezes(chain);
-      }
+      const std::vector<Imath::M33d> old = chain.strains;
+      chain.strains.assign(chain.points.size(), Imath::M33d(0.0));
+      for (std::size_t i = 0; i < chain.points.size() && !old.empty(); ++i)
+        chain.strains[i] = old[i * before / chain.points.size()];
+      set_squeezes(chain);
       chain.first_index = begin;
       chain.spacing = chain.length() / pieces;
       begin += chain.points.size();
@@ -235,8 +249,54 @@ class Relaxation {
     search();
   }
 
+  /// Gives the points of equal crossings the same numbers: left to themselves these rest up to 0.3 radii
+  /// apart. Points belong to the crossing that is nearest along their yarn, or to both.
+  void number_points() {
+    std::map<std::array<std::size_t, 4>, std::uint32_t> numbers;
+    for (std::size_t c = 0; c < kinds_.size(); ++c) {
+      const std::size_t parts = kinds_[c].size();
+      const std::size_t count = chains_[c].points.size() / parts;
+      for (std::size_t i = 0; i < parts * count; ++i) {
+        const std::size_t at = i % count;
+        const std::size_t own = kinds_[c][(i / count + 1) % parts];
+        const bool is_warp = c < kinds_.size() - kinds_[0].size();
+        const std::array key{is_warp ? at : ~at, count, own, at == 0 ? kinds_[c][i / count] : own};
+        const auto number = static_cast<std::uint32_t>(numbers.size());
+        kind_of_.push_back(numbers.try_emplace(key, number).first->second);
+      }
+    }
+    images_.assign(numbers.size(), no_image);
+  }
+
+  template <class Value>
+  void take_means_of(std::vector<Value> RelaxChain::*values) {
+    std::vector<Value> all;
+    for (const RelaxChain& chain : chains_)
+      all.insert(all.end(), (chain.*values).begin(), (chain.*values).end());
+    take_means(kind_of_, images_, all);
+    auto mean = all.begin();
+    for (RelaxChain& chain : chains_)
+      for (Value& value : chain.*values) value = *mean++;
+  }
+
+  /// Adds the straight yarns to the points, or subtracts them.
+  void add_straight(double sign) {
+    for (RelaxChain& chain : chains_) {
+      V3d straight = chain.across * (sign * chain.drawn_offset);
+      for (V3d& p : chain.points) {
+        p += straight;
+        straight += chain.period_offset * (sign / static_cast<double>(chain.points.size()));
+      }
+    }
+  }
+
   /// Sets pieces_ by the chains, and adds to travels_.
   void lay_pieces() {
+    if (!kind_of_.empty()) {
+      add_straight(-1);
+      take_means_of(&RelaxChain::points);
+      add_straight(1);
+    }
     const std::size_t total = chains_.back().first_index + chains_.back().points.size();
     pieces_.resize(total);
     travels_.resize(total);
@@ -341,6 +401,7 @@ class Relaxation {
           for (int j = 0; j < 3; ++j) strain[i][j] -= fraction * d[i] * d[j];
       }
     }
+    if (!kind_of_.empty()) take_means_of(&RelaxChain::strains);
     for (RelaxChain& chain : chains_) {
       if (!chain.is_soft) continue;
       diffuse_strains(chain.strains, soft_spread, recovery);
@@ -459,7 +520,9 @@ class Relaxation {
   double piece_ = rough_piece_radii;  ///< length of pieces, radii
   V3d period_;
   std::vector<RelaxChain> chains_;
-  std::vector<Piece> pieces_, searched_;  ///< now, and at the last search
+  std::vector<std::vector<std::uint32_t>> kinds_;  ///< of many crossings; else empty
+  std::vector<std::uint32_t> kind_of_, images_;    ///< of all points; of kinds
+  std::vector<Piece> pieces_, searched_;           ///< now, and at the last search
   std::vector<Contact> contacts_;
   std::vector<Contact*> touching_;  ///< or nearly
   std::vector<double> travels_;     ///< of pieces, mm: an upper bound of how far their surfaces have moved

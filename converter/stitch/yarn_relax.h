@@ -39,7 +39,7 @@ struct RelaxOptions {
   bool may_thin = false;
   int steps = 240;
   /// For hundreds of yarns: longer pieces, 60 steps, overlaps of up to 0.02 radii, and any thinner yarns that
-  /// have room.
+  /// have room; equal crossings of a weave rest alike.
   bool is_rough = false;
   /// Parts of each yarn of a knit (draw_knit()), whose loops keep their lengths: rest_knit() does it then.
   /// And the size of a stitch of plain knit; the size that the repeat is blocked to, where 0 it is free.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <numbers>
 #include <sstream>
 
@@ -370,6 +371,36 @@ TEST_CASE("many yarns nearly touch, keep as many hairs as a file holds, and beco
     volume += 5 * std::sin(std::numbers::pi / 5) * yarn.radius_mm * yarn.radius_mm * length;
   }
   CHECK(testing::volume_of(mesh) == doctest::Approx(volume).epsilon(0.02));
+}
+
+TEST_CASE("equal crossings of a large draft rest equal") {
+  const test::Folder folder;
+  constexpr int count = 21;
+  test::write_bytes(folder / "d.wif", draft_of(count, count, irregular));
+  const StitchPattern pattern = test::need(find_stitch(folder / "d.wif")).pattern;
+  std::map<std::pair<bool, std::vector<bool>>, std::vector<std::pair<int, int>>> equal;
+  for (const bool warp : {true, false})
+    for (int i = 0; i < count; ++i)
+      for (int j = 0; j < count; ++j) {
+        std::vector<bool> sides;
+        for (int k = 0; k < 9; ++k)
+          sides.push_back(
+              irregular(1 + (i + k % 3 + count - 1) % count, 1 + (j + k / 3 + count - 1) % count));
+        equal[{warp, sides}].emplace_back(warp ? i : count + j, warp ? j : i);
+      }
+  CHECK(equal.size() < count * count);
+  for (const auto& [kind, places] : equal) {
+    // Parts begin half-way from the first crossing to the second, and their ends belong to two crossings.
+    const auto at = [&](const std::pair<int, int>& place, std::size_t k) {
+      const Yarn& yarn = pattern.yarns[place.first];
+      const std::size_t each = yarn.segments.size() / count;
+      const std::size_t part = (place.second + count - 1) % count;
+      return yarn.segments[part * each + k][0] - yarn.segments[part * each + 1][0];
+    };
+    for (const auto& place : places)
+      for (std::size_t k = 2; k < pattern.yarns[0].segments.size() / count; ++k)
+        CHECK((at(place, k) - at(places[0], k)).length() < 1e-6 * pattern.yarns[0].radius_mm);
+  }
 }
 
 TEST_CASE("a draft becomes a weave whose yarns touch, as thick as there is room for") {
