@@ -17,8 +17,9 @@ constexpr double covered_light = 0.3;
 /// mean weight of a place.
 constexpr std::array<double, angle_function_count> smoothing{1e-9, 1e-3, 1e-3, 4e-3, 4e-3};
 constexpr double smoothness_weight = 1e-3;
-/// Where all places lie half-way between stations: those could alternate at will.
-constexpr double smoothness_of_middles = 0.1;
+/// Where all places lie half-way between stations, as in large cells: those could alternate at will, and few
+/// lines reach each. Less or more is farther from the light of very many lines.
+constexpr double smoothness_of_middles = 1;
 
 using Block = Eigen::Matrix<double, angle_function_count, angle_function_count>;
 using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, LightColumns::ColsAtCompileTime>;
