@@ -23,7 +23,7 @@ std::size_t index_at(const StitchGrid& grid, int x, int y) {
 
 /// Numbers of all that must be the same, by KindMatch.
 Keys keys_at(const StitchGrid& grid, int x, int y) {
-  constexpr unsigned bits = 3;  // max_chart_yarns
+  constexpr unsigned bits = 4;  // knit and purl stitches of max_chart_yarns
   const auto cell = [&](int dx, int dy) -> std::uint64_t {
     return grid.cells[index_at(grid, x + dx, y + dy)];
   };
@@ -40,7 +40,8 @@ Keys keys_at(const StitchGrid& grid, int x, int y) {
   }
   // Sides are single bits here: 9 of them leave room for six kinds of yarn.
   const auto sides = [](std::uint64_t some) {
-    return (some & 1) | (some >> 2 & 2) | (some >> 4 & 4) | (some >> 6 & 8);
+    return (some & 1) | (some >> (bits - 1) & 2) | (some >> 2 * (bits - 1) & 4) |
+           (some >> 3 * (bits - 1) & 8);
   };
   const std::uint64_t own = ((row(0) << 8 | column(0)) << 3 | sides(beside)) << 2 | sides(upright);
   const std::uint64_t four = (((own << 8 | row(-1)) << 8 | row(1)) << 8 | column(-1)) << 8 | column(1);
@@ -52,7 +53,7 @@ bool set_row_yarns(StitchGrid& grid, int y) {
   if (grid.is_woven) return false;
   std::uint8_t yarns = 0;
   for (int x = 0; x < grid.size.x; ++x)
-    yarns |= static_cast<std::uint8_t>(1U << grid.cells[index_at(grid, x, y)]);
+    yarns |= static_cast<std::uint8_t>(1U << grid.stitches[grid.cells[index_at(grid, x, y)]].yarn);
   return std::exchange(grid.rows[y], yarns) != yarns;
 }
 
@@ -128,6 +129,7 @@ class Search {
         worth_of_more_(worth_of_more),
         random_(hash64(1), hash64(size.x * 4096 + size.y)) {
     grid_.is_woven = cloth.is_woven;
+    grid_.stitches = cloth.stitches;
     grid_.size = size;
     grid_.cells.resize(std::size_t{1} * size.x * size.y);
     grid_.rows.resize(size.y);
@@ -375,21 +377,22 @@ void show_kinds(const StitchGrid& cloth, Arrangement& arranged) {
 }  // namespace
 
 std::optional<StitchGrid> grid_of(const KnitChart& chart) {
-  StitchGrid grid{{static_cast<int>(chart.rows.front().size()), static_cast<int>(chart.rows.size())},
-                  {},
-                  {},
-                  {},
-                  false,
-                  {}};
-  ChartStitch plain;
-  plain.purl = chart.rows.front().front().purl;
+  constexpr float other_side = 0.7F;  // of the albedo: between knit and purl pictures differ, too
+  StitchGrid grid;
+  grid.size = {static_cast<int>(chart.rows.front().size()), static_cast<int>(chart.rows.size())};
   for (const auto& row : chart.rows)
     for (const ChartStitch& stitch : row) {
+      ChartStitch plain;
+      plain.purl = stitch.purl;
       plain.yarn = stitch.yarn;
       if (stitch != plain) return std::nullopt;
-      grid.cells.push_back(static_cast<std::uint8_t>(stitch.yarn));
+      const auto found = std::ranges::find(grid.stitches, stitch);
+      grid.cells.push_back(static_cast<std::uint8_t>(found - grid.stitches.begin()));
+      if (found != grid.stitches.end()) continue;
+      grid.stitches.push_back(stitch);
+      const bool is_as_first = stitch.purl == grid.stitches.front().purl;
+      grid.colours[0].push_back(chart.yarns[stitch.yarn].albedo * (is_as_first ? 1 : other_side));
     }
-  for (const Yarn& yarn : chart.yarns) grid.colours[0].push_back(yarn.albedo);
   grid.rows.resize(grid.size.y);
   grid.columns.resize(grid.size.x);
   for (int y = 0; y < grid.size.y; ++y) set_row_yarns(grid, y);
@@ -397,8 +400,9 @@ std::optional<StitchGrid> grid_of(const KnitChart& chart) {
 }
 
 std::optional<StitchGrid> grid_of(const Weave& weave) {
-  StitchGrid grid{
-      {static_cast<int>(weave.warp.size()), static_cast<int>(weave.weft.size())}, {}, {}, {}, true, {}};
+  StitchGrid grid;
+  grid.size = {static_cast<int>(weave.warp.size()), static_cast<int>(weave.weft.size())};
+  grid.is_woven = true;
   grid.cells.assign(weave.warp_is_over.begin(), weave.warp_is_over.end());
   for (const auto& [yarns, widths, kinds] : {std::tuple(&weave.warp, &weave.warp_spacing_mm, &grid.columns),
                                              std::tuple(&weave.weft, &weave.weft_spacing_mm, &grid.rows)}) {
@@ -461,11 +465,15 @@ std::optional<Arrangement> arrange(const StitchGrid& cloth, const KindLimit& lim
   return best;
 }
 
-double colour_changes(const StitchGrid& grid) {
+double stitch_changes(const StitchGrid& grid) {
+  const auto stitch = [&](int x, int y) -> const ChartStitch& {
+    return grid.stitches[grid.cells[index_at(grid, x, y)]];
+  };
   double changes = 0;
   for (int y = 0; y < grid.size.y; ++y)
     for (int x = 0; x < grid.size.x; ++x)
-      changes += grid.cells[index_at(grid, x, y)] != grid.cells[index_at(grid, x + 1, y)] ? 1 : 0;
+      changes +=
+          (stitch(x, y) != stitch(x + 1, y) ? 1 : 0) + (stitch(x, y).purl != stitch(x, y + 1).purl ? 1 : 0);
   return changes / static_cast<double>(grid.count());
 }
 
@@ -478,12 +486,9 @@ std::vector<int> yarns_of_rows(const StitchGrid& grid) {
 
 void take_sampler(const StitchGrid& sampler, KnitChart& chart) {
   chart.max_float = 0;  // what catches them depends on more than neighbours
-  ChartStitch stitch = chart.rows.front().front();
   chart.rows.assign(sampler.size.y, {});
-  for (std::size_t i = 0; i < sampler.count(); ++i) {
-    stitch.yarn = sampler.cells[i];
-    chart.rows[i / sampler.size.x].push_back(stitch);
-  }
+  for (std::size_t i = 0; i < sampler.count(); ++i)
+    chart.rows[i / sampler.size.x].push_back(sampler.stitches[sampler.cells[i]]);
 }
 
 void take_sampler(const StitchGrid& cloth, const StitchGrid& sampler, Weave& weave) {

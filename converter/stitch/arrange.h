@@ -20,11 +20,12 @@ namespace selvedge {
 struct StitchGrid {
   V2i size{0, 0};  ///< columns and rows
   std::vector<std::uint8_t>
-      cells;                       ///< [row][column], the lowest row first: yarn, or whether the warp is over
-  std::vector<std::uint8_t> rows;  ///< a bit for each yarn of the row; of a weave, the kind of the weft
+      cells;  ///< [row][column], the lowest row first: an index into `stitches`, or whether the warp is over
+  std::vector<std::uint8_t> rows;     ///< a bit for each yarn of the row; of a weave, the kind of the weft
   std::vector<std::uint8_t> columns;  ///< of a weave, the kind of the warp
   bool is_woven = false;
-  /// Albedos of the yarns of a knit; of the kinds of weft, and of warp.
+  std::vector<ChartStitch> stitches;  ///< of a knit, each once
+  /// Albedos of the stitches of a knit; of the kinds of weft, and of warp.
   std::array<std::vector<V3f>, 2> colours;
   std::size_t count() const { return cells.size(); }
 };
@@ -54,7 +55,7 @@ struct KindLimit {
 };
 inline constexpr double max_decibels = 99;
 
-/// Empty where stitches are not plain: all knit, or all purl, and knitted.
+/// Empty where stitches are others than knit and purl.
 std::optional<StitchGrid> grid_of(const KnitChart& chart);
 /// Empty where yarns are not evenly spaced, or of too many kinds.
 std::optional<StitchGrid> grid_of(const Weave& weave);
@@ -62,8 +63,8 @@ std::optional<StitchGrid> grid_of(const Weave& weave);
 /// Empty where fewer stitches than the cloth's do not serve. Takes about a second; deterministic.
 std::optional<Arrangement> arrange(const StitchGrid& cloth, const KindLimit& limit);
 
-/// Stitches of another colour than the next one in their row, as a fraction of all.
-double colour_changes(const StitchGrid& grid);
+/// Stitches of a knit that differ from the next one in their row, or in side from the one above, of all.
+double stitch_changes(const StitchGrid& grid);
 /// Yarns that each row of a knit carries, the lowest first; empty of a weave.
 std::vector<int> yarns_of_rows(const StitchGrid& grid);
 

@@ -464,7 +464,7 @@ FoundStitch chart_in(const std::string& text, const std::string& path, StitchSet
   BuiltIn stitch = stitch_of(chart, path);
   if (arrangement)
     stitch.free_part =
-        std::min(0.999, colour_changes(*grid) / std::max(1e-3, colour_changes(arrangement->sampler)));
+        std::min(0.999, stitch_changes(*grid) / std::max(1e-3, stitch_changes(arrangement->sampler)));
   const V2i cells(static_cast<int>(chart.knit.rows.front().size()), static_cast<int>(chart.knit.rows.size()));
   V2i texels = cells;
   if (!arrangement)

@@ -38,7 +38,7 @@ std::optional<Arrangement> arranged(const std::optional<StitchGrid>& grid, std::
     const char* const option = kinds.by == KindLimit::By::accuracy ? "--accuracy" : "--kinds";
     throw Failure{{Code::option_out_of_range, path, option, std::move(why)}};
   };
-  if (is_asked && !grid) refuse("is for plain stitches, all knit or all purl, and for evenly spaced yarns");
+  if (is_asked && !grid) refuse("is for knit and purl stitches, and for evenly spaced yarns");
   if (is_asked && repeats) refuse("excludes repeats");
   std::optional<Arrangement> found;
   if (grid && !repeats) found = arrange(*grid, kinds);
@@ -46,7 +46,7 @@ std::optional<Arrangement> arranged(const std::optional<StitchGrid>& grid, std::
     refuse(fmt::format("{} stitches are too few for its yarns to run on", kinds.stitches));
   if (!found && stitches > max_relaxed_stitches)
     throw Failure{{Code::stitch_invalid, path, "",
-                   fmt::format("{} stitches, of more than {} only plain ones are made: {}", stitches,
+                   fmt::format("{} stitches, of more than {} only knit and purl ones are made: {}", stitches,
                                max_relaxed_stitches, cut_to_repeat_advice)}};
   return found;
 }
@@ -82,7 +82,9 @@ void turn_by_stitch(const StitchGrid& sampler, StitchPattern& pattern) {
     const auto row = sampler.cells.begin() + std::ptrdiff_t{1} * y * sampler.size.x;
     if (sampler.is_woven) turn(sampler.size.x, 0);
     for (unsigned yarn = 0; yarn < max_chart_yarns && !sampler.is_woven; ++yarn)
-      if (const auto loops = static_cast<int>(std::count(row, row + sampler.size.x, yarn)); loops > 0)
+      if (const auto loops = static_cast<int>(std::count_if(
+              row, row + sampler.size.x, [&](int cell) { return sampler.stitches[cell].yarn == yarn; }));
+          loops > 0)
         turn(loops, sampler.size.x - loops);
   }
 }

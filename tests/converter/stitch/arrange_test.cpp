@@ -2,8 +2,10 @@
 
 #include <doctest/doctest.h>
 
+#include <cstdlib>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "converter/mesh/map_joints.h"
@@ -11,7 +13,9 @@
 #include "converter/stitch/find_cell.h"
 #include "converter/stitch/text_cells.h"
 #include "converter/stitch/wif.h"
+#include "format/base/atomic_file.h"
 #include "format/base/random.h"
+#include "tests/format/files.h"
 #include "tests/require.h"
 #include "tests/shared_data.h"
 
@@ -28,17 +32,22 @@ constexpr KindLimit at_most(int stitches) { return {KindLimit::By::stitches, sti
 struct CopiedCase {
   const char* chart;  ///< in shared/data/charts
   KindLimit limit;
-  int kinds = 0;         ///< 0: it is made whole
-  int max_stitches = 0;  ///< of the sampler
-  int others = 0;        ///< stitches that are not shown by 8 neighbours, at most
-  double decibels = 0;   ///< at least
+  int kinds = 0;           ///< 0: it is made whole
+  int max_stitches = 0;    ///< of the sampler
+  int others = 0;          ///< stitches that are not shown by 8 neighbours, at most
+  double decibels = 0;     ///< at least
+  bool is_damask = false;  ///< its second colour becomes purl
 };
 
-StitchGrid grid_in(const std::string& path) {
+StitchGrid grid_in(const std::string& path, bool is_damask) {
   const std::string text = stitch_text_in(path);
-  return test::need(kind_of_text(text, path) == StitchText::draft
-                        ? grid_of(test::need(read_wif(text, path)).weave)
-                        : grid_of(test::need(read_chart(text, path)).knit));
+  if (kind_of_text(text, path) == StitchText::draft)
+    return test::need(grid_of(test::need(read_wif(text, path)).weave));
+  KnitChart chart = test::need(read_chart(text, path)).knit;
+  for (auto& row : chart.rows)
+    for (ChartStitch& stitch : row)
+      if (is_damask) stitch.purl = std::exchange(stitch.yarn, 0) != 0;
+  return test::need(grid_of(chart));
 }
 
 /// The stitch at (x, y), and those beside, above and below it: 0 to 2; its yarns.
@@ -67,7 +76,7 @@ YarnData& lit_at_random(YarnData& yarns) {
 }  // namespace
 
 TEST_CASE("Samplers have the stitches of large charts and drafts, and yarns run on wherever they are shown") {
-  for (const auto& [chart, limit, kinds, max_stitches, others, decibels] :
+  for (const auto& [chart, limit, kinds, max_stitches, others, decibels, is_damask] :
        {CopiedCase{"blobs-24x24.txt", exact, 73, 144, 0, max_decibels},
         {"blobs-24x24.txt", by_accuracy(36), 73, 64, 120, 36},
         {"blobs-24x24.txt", by_accuracy(50), 73, 144, 60, 50},
@@ -77,6 +86,8 @@ TEST_CASE("Samplers have the stitches of large charts and drafts, and yarns run 
         {"blobs-24x24.txt", none},
         {"blobs-60x93.txt", by_size, 74, 784, 0},
         {"blobs-60x80-3.txt", by_size, 237, 784, 20},
+        {"blobs-24x24.txt", exact, 62, 144, 0, max_decibels, true},
+        {"blobs-60x93.txt", by_size, 74, 784, 0, max_decibels, true},
         {"013.png", by_size},
         {"043.png", exact, 209, 610, 0},
         {"cactus-medium.png", exact, 86, 220, 0},
@@ -85,7 +96,7 @@ TEST_CASE("Samplers have the stitches of large charts and drafts, and yarns run 
     CAPTURE(std::string(chart));
     const std::string path = test::shared_data(std::string("charts/") + chart);
     if (path.empty()) return;
-    const StitchGrid cloth = grid_in(path);
+    const StitchGrid cloth = grid_in(path, is_damask);
     const auto found = arrange(cloth, limit);
     CHECK(found.has_value() == (kinds > 0));
     if (!found) continue;
@@ -125,9 +136,18 @@ TEST_CASE("Samplers have the stitches of large charts and drafts, and yarns run 
 
 TEST_CASE(
     "Stitches end as those begin that a map shows behind them, in place, direction, section and light") {
-  for (const char* chart : {"blobs-24x24.txt", "draft-32.wif"}) {
-    CAPTURE(std::string(chart));
-    const std::string path = test::shared_data(std::string("charts/") + chart);
+  const test::Folder folder;
+  const std::string diamond = folder / "diamond.txt";
+  std::string rows;
+  for (int y = 12; y > 0; --y) {
+    rows += std::to_string(y) + ":";
+    for (int x = 0; x < 12; ++x) rows += std::abs(2 * x - 11) + std::abs(2 * y - 13) < 11 ? " p" : " k";
+    rows += '\n';
+  }
+  test::need(write_file(diamond, rows));
+  for (const std::string& path :
+       {test::shared_data("charts/blobs-24x24.txt"), test::shared_data("charts/draft-32.wif"), diamond}) {
+    CAPTURE(path);
     if (path.empty()) return;
     CellOptions options;
     options.form = StitchForm::yarn;
@@ -145,11 +165,14 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("Cloth of other stitches than plain ones, and of uneven yarns, has no sampler") {
+TEST_CASE("Cloth of other stitches than knit and purl ones, and of uneven yarns, has no sampler") {
   KnitChart chart;
+  chart.yarns.emplace_back();
   chart.rows.assign(8, std::vector(8, ChartStitch{}));
   CHECK(grid_of(chart));
   chart.rows[3][2].purl = true;
+  CHECK(grid_of(chart));
+  chart.rows[3][2].twist = 1;
   CHECK(!grid_of(chart));
   Weave weave{
       std::vector(4, Yarn{}), std::vector(4, Yarn{}), {1, 1, 1, 1}, {1, 1, 1, 1}, std::vector(16, true)};

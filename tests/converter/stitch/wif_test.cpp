@@ -342,8 +342,9 @@ bool irregular(int i, int j) { return (i * i + 3 * j * j + i * j) % 7 < 3 || i =
 
 TEST_CASE("a repeat that is too large is refused") {
   CHECK(refused(draft_of(150, 120, irregular)) ==
-        ": 18000 stitches, of more than 16384 only plain ones are made: cut the chart to one repeat, or to a "
-        "part");
+        ": 18000 stitches, of more than 16384 only knit and purl ones are made: cut the chart to one repeat, "
+        "or "
+        "to a part");
   CHECK(refusal(draft_of(5000, 5000, [](int, int) { return false; })) ==
         "[WEFT] Threads: 5000 x 5000 yarns are more than 16777216 crossings");
 }
