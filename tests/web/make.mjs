@@ -44,8 +44,8 @@ for (const name of ['twill', 'moss.txt']) {
 const aran = readFileSync(join(charts, 'aran.txt'), 'utf8'), shapes = new Map();
 check('aran.preview.exr', make('aran.txt', aran, shapes, 'preview').bytes);
 assert.deepEqual(make('aran.txt', aran, shapes, 'preview').stages, ['bake']);
-// The preview of a large chart is an edit of the last one of its gauge, the whole is not; of plain stitches it has a map.
-const colourwork = (row, albedo = '#c8b090') => `yarn A:\nyarn B: albedo=${albedo}\n3: p k13 [${row}]\n${[1, 2, 4, 5, 6, 7, 8].map((number) => `${number}: p k13 [A14]\n`).join('')}`;
+// The preview of a large chart is an edit of the last one of its gauge, the whole is not; of knit and purl it has a map.
+const colourwork = (row, albedo = '#c8b090') => `yarn A:\nyarn B: albedo=${albedo}\n3: ktbl k13 [${row}]\n${[1, 2, 4, 5, 6, 7, 8].map((number) => `${number}: ktbl k13 [A14]\n`).join('')}`;
 const mapped = make('map.txt', `yarn A:\nyarn B:\n${[...Array(12).keys()].map((row) => `${row + 1}: k12 [A${row % 4 + 1} B${row % 3 + 3} A${8 - row % 4 - row % 3}]\n`).join('')}`, undefined, 'preview');
 check('map.preview.exr', mapped.bytes);
 assert.ok(Buffer.from(mapped.bytes).includes('map'));
