@@ -149,10 +149,7 @@ FabricLevel level_of_map(const Fabric& fabric, const YarnMap& map, const CellVie
   const V2i end = texels.first + texels.count;
   const V2i first_row(view.size.first_stitch.x + (texels.first.x << number),
                       -(view.size.first_stitch.y + (end.y << number)));
-  std::vector<FabricLevel> levels{
-      shown_texels(fabric.levels.front(), map, first_row, texels.count * (1 << number))};
-  add_coarser_levels(levels, number + 1);
-  return std::move(levels.back());
+  return shown_texels(fabric.levels.front(), map, first_row, texels.count, number);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "format/fabric/fabric.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <numeric>
 #include <utility>
@@ -28,12 +29,14 @@ void take_texels(const FabricLevel& other, std::initializer_list<LayerKind> kind
   }
 }
 
-/// Mean opacity of a texel over all views.
-float mean_opacity(const FabricLevel& level, std::size_t texel) {
+/// Mean opacity of a texel over all views, above 0.
+float weight_of_products(const FabricLevel& level, std::size_t texel) {
   const Layer& opacity = level[LayerKind::opacity];
   if (opacity.channels == 0) return 1;
   const auto first = opacity.values.begin() + static_cast<std::ptrdiff_t>(texel * opacity.channels);
-  return std::accumulate(first, first + opacity.channels, 0.0F) / static_cast<float>(opacity.channels);
+  const float mean =
+      std::reduce(first, first + opacity.channels, 0.0F) / static_cast<float>(opacity.channels);
+  return std::max(mean, 1e-6F);
 }
 
 /// A level whose texels are means of a finer one's.
@@ -58,7 +61,7 @@ FabricLevel coarser_level(const FabricLevel& finer) {
         for (int x = first(at.x, level.width, finer.width); x < first(at.x + 1, level.width, finer.width);
              ++x) {
           const std::size_t part = std::size_t{1} * y * finer.width + x;
-          const float weight = kind == LayerKind::products ? std::max(mean_opacity(finer, part), 1e-6F) : 1;
+          const float weight = kind == LayerKind::products ? weight_of_products(finer, part) : 1;
           for (int i = 0; i < to.channels; ++i) sums[i] += weight * from.values[part * from.channels + i];
           weights += weight;
         }
@@ -116,17 +119,36 @@ void Fabric::add_side(Fabric other) {
   place = std::make_shared<const Fabric>(std::move(other));
 }
 
-FabricLevel shown_texels(const FabricLevel& level, const YarnMap& map, const V2i& first, const V2i& size) {
+FabricLevel shown_texels(const FabricLevel& level, const YarnMap& map, const V2i& first, const V2i& size,
+                         int number) {
   FabricLevel result;
   result.width = size.x;
   result.height = size.y;
-  const auto at = [&](int x, int y) { return map.shown_at({first.x + x, first.y + y}); };
-  take_texels(level, {LayerKind::opacity, LayerKind::products}, at, result);
+  result.pairs = level.pairs;
+  result.bases = level.bases;
+  const int side = 1 << number;
+  std::vector<float> weights(level.texels(), 1);
+  for (const LayerKind kind : {LayerKind::opacity, LayerKind::products}) {
+    if (kind == LayerKind::products && number > 0)
+      for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = weight_of_products(level, i);
+    const int channels = level[kind].channels;
+    Layer layer{channels, std::vector<float>(std::size_t{1} * result.texels() * channels)};
+    const Eigen::Map<const Eigen::ArrayXXf> from(level[kind].values.data(), channels, level.texels());
+    Eigen::Map<Eigen::ArrayXXf> to(layer.values.data(), channels, result.texels());
+    for (int texel = 0; texel < result.texels(); ++texel) {
+      const V2i corner = first + V2i(texel % size.x, texel / size.x) * side;
+      float sum = 0;
+      for (int y = corner.y; y < corner.y + side; ++y)
+        for (int x = corner.x; x < corner.x + side; ++x) {
+          const int shown = map.shown_at({x, y});
+          to.col(texel) += weights[shown] * from.col(shown);
+          sum += weights[shown];
+        }
+      to.col(texel) /= sum;
+    }
+    result.set_layer(kind, std::move(layer));
+  }
   return result;
-}
-
-void add_coarser_levels(std::vector<FabricLevel>& levels, int count) {
-  while (static_cast<int>(levels.size()) < count) levels.push_back(coarser_level(levels.back()));
 }
 
 Fabric arranged(const Fabric& fabric) {
@@ -136,7 +158,8 @@ Fabric arranged(const Fabric& fabric) {
   const auto with_all_texels = [&](const Fabric& side) {
     Fabric result{side, {}, {}};
     result.levels.push_back(shown_texels(side.levels.front(), map, {0, 0}, map.size));
-    add_coarser_levels(result.levels, level_count(map.size.x, map.size.y));
+    while (static_cast<int>(result.levels.size()) < level_count(map.size.x, map.size.y))
+      result.levels.push_back(coarser_level(result.levels.back()));
     return result;
   };
   Fabric result = with_all_texels(fabric);

@@ -169,10 +169,10 @@ void for_each_side(const Fabric& fabric, const Visit& visit) {
 /// means of those, by their opacity. For evaluation by (u, v); not to be written. Without a map, itself.
 Fabric arranged(const Fabric& fabric);
 
-/// A level of texels of a map's stitches: `size` of them from column and row `first` on, of any repeat.
-FabricLevel shown_texels(const FabricLevel& level, const YarnMap& map, const V2i& first, const V2i& size);
-/// Appends levels of means of the last level's texels until there are so many.
-void add_coarser_levels(std::vector<FabricLevel>& levels, int count);
+/// Texels of a map, `size` of them, from the stitch at column and row `first` of any repeat on: each the mean
+/// of 2^number x 2^number stitches, by their opacity.
+FabricLevel shown_texels(const FabricLevel& level, const YarnMap& map, const V2i& first, const V2i& size,
+                         int number = 0);
 
 /// The fabric turned over, so that its back is its front: levels of the back, or of the front where it
 /// has none, and the yarn from below. Precondition: it has a back.
