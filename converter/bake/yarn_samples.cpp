@@ -87,7 +87,7 @@ struct YarnSampler::SideOfYarn {
       for (int column = 0; column < seen.width; ++column) {
         const std::size_t i = static_cast<std::size_t>(row) * seen.stride + column;
         if (!(seen.z[i] > no_depth)) continue;
-        const Yarns::Segment& s = pieces.segments[seen.piece[i]];
+        const Yarns::Segment& s = pieces.segment(seen.piece[i]);
         const float up = seen.z[i] - cell.reference_height();
         V3f off(
             (static_cast<float>(column) + 0.5F) * period.x / static_cast<float>(seen.width) + slope.x * up,

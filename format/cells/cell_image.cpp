@@ -71,8 +71,8 @@ class PointShader {
   /// Whether a sample is of the same ply, and within a radius in depth.
   bool belongs(const Shared& shared, std::int32_t piece, float depth) const {
     if (std::abs(piece - shared.piece) > 2) return false;
-    const Yarns::Segment& a = job_.pieces.segments[shared.piece];
-    const Yarns::Segment& b = job_.pieces.segments[piece];
+    const Yarns::Segment& a = job_.pieces.segment(shared.piece);
+    const Yarns::Segment& b = job_.pieces.segment(piece);
     return a.curve == b.curve && a.rows.first_row == b.rows.first_row &&
            std::abs(depth - shared.depth) < a.radius;
   }
@@ -127,7 +127,7 @@ class PointShader {
   }
 
   void add(std::int32_t piece, const V2f& place, float depth, std::uint32_t to) {
-    const Yarns::Segment& s = job_.pieces.segments[piece];
+    const Yarns::Segment& s = job_.pieces.segment(piece);
     const float above = depth - job_.yarn.reference_height();
     const std::size_t i = batch_.count++;
     const auto put = [&](int axis, auto& beside, auto& shift) {
@@ -287,7 +287,7 @@ void fill_heights(const CellYarn& yarn, const YarnPieces& pieces, const DepthGri
           if (!(z > no_depth)) continue;
           sum += z;
           count += 1;
-          upright += along_v[pieces.segments[seen.piece[first + x]].curve] ? 1.0F : 0.0F;
+          upright += along_v[pieces.segment(seen.piece[first + x]).curve] ? 1.0F : 0.0F;
         }
       }
       if (count > 0) {
@@ -310,7 +310,7 @@ V2f seen_heights(const YarnPieces& pieces, const DepthGrid& seen, std::span<cons
     for (const float z : std::span(seen.z).subspan(std::size_t{1} * row * seen.stride, seen.width))
       if (z > no_depth) add(z);
   for (const SeenHair& hair : hairs) {
-    const Yarns::Segment& s = pieces.segments[hair.piece];
+    const Yarns::Segment& s = pieces.segment(hair.piece);
     add(s.start.z + s.along.z / 2);
   }
   return heights;
@@ -329,7 +329,7 @@ void shade_hairs(const ShadingJob& job, std::size_t count, std::size_t share, bo
   std::vector<SeenHair>& hairs = scratch.seen_hairs;
   std::uint32_t shadings = 0;
   for (const SeenHair& hair : hairs) {
-    Last& last = of_curve[job.pieces.segments[hair.piece].curve];
+    Last& last = of_curve[job.pieces.segment(hair.piece).curve];
     if (last.left == 0) {
       last = {shadings, share};
       hairs[shadings] = {hair.piece, shadings, hair.radius, hair.shift};
@@ -356,7 +356,7 @@ void shade_hairs(const ShadingJob& job, std::size_t count, std::size_t share, bo
     const float beside = std::sqrt(1.0F / 3);
     for (const float sign : {-beside, beside}) {
       if (once && (sign > 0) == (piece % 2 == pieces.ply_piece_count % 2)) continue;
-      const V3f at = pieces.segments[piece].along * 0.5F +
+      const V3f at = pieces.segment(piece).along * 0.5F +
                      (across.cross(axis) * std::sqrt(2.0F / 3) + across * sign) * radius;
       const std::size_t i = batch.count++;
       batch.x[i] = at.x;
@@ -382,12 +382,12 @@ void find_stations(const ShadingJob& job, CellScratch& scratch) {
     if (marks.size() < size) marks.resize(size);
   };
   ++scratch.image;
-  grow(scratch.marked_pieces, job.pieces.segments.size());
+  grow(scratch.marked_pieces, job.pieces.count());
   grow(scratch.marked_stations, data.station_light.size() / light_values_per_station);
   scratch.stations.clear();
   const auto add = [&](std::int32_t piece) {
     if (std::exchange(scratch.marked_pieces[piece], scratch.image) == scratch.image) return;
-    const Yarns::Segment& s = job.pieces.segments[piece];
+    const Yarns::Segment& s = job.pieces.segment(piece);
     const int count = data.curves[s.curve].stations;
     const int begin = job.yarn.yarns().geometry().first_station[s.curve];
     // A point's place along its piece lies between -1/4 and 5/4.

@@ -148,7 +148,7 @@ struct PointLanes {
     bool same = true;
     for (std::size_t i = 0; i < N; ++i) {
       const std::int32_t piece = batch.piece[first + (i < count ? i : 0)];
-      const Yarns::Segment& s = job.pieces.segments[piece];
+      const Yarns::Segment& s = job.pieces.segment(piece);
       from[i] = reinterpret_cast<const Group*>(&s);
       extra[i] = job.pieces.strands[piece].data();
       curves[i] = s.curve;

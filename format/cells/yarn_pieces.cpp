@@ -116,9 +116,9 @@ void sort_hairs(const Yarns& yarns, bool is_small, std::vector<HairPiece>& hairs
 }
 
 /// The box of a piece: of a hair around its axis, in the first repeat.
-YarnPieces::Run box_of(const Yarns::Segment& s, bool is_hair, const V2f& period) {
+YarnPieces::Run box_of(const Yarns::Segment& s, bool is_hair, float radius, const V2f& period) {
   // As the splatter's boxes.
-  const V3f wide(is_hair ? 0 : s.half_width(s.radius));
+  const V3f wide(is_hair ? 0 : s.half_width(radius));
   V3f start = s.start;
   // Hairs of one place may root in different repeats.
   for (int axis = 0; axis < 2 && is_hair; ++axis) {
@@ -130,7 +130,7 @@ YarnPieces::Run box_of(const Yarns::Segment& s, bool is_hair, const V2f& period)
     box.extendBy(end - wide);
     box.extendBy(end + wide);
   }
-  return {{}, box, is_hair ? s.radius / s.hair_threshold : HUGE_VALF};
+  return {{}, box, is_hair ? radius / s.hair_threshold : HUGE_VALF};
 }
 
 /// Adds a piece or a run to the last run or group, if it follows and there is room, else to a new one.
@@ -148,11 +148,11 @@ void add_to(std::vector<YarnPieces::Run>& runs, const YarnPieces::Run& part, boo
 void add_runs(const Yarns& yarns, std::span<const int> numbers, YarnPieces& pieces) {
   V3f end(0, 0, 0);  // of the piece before
   for (int i = 0; i < pieces.count(); ++i) {
-    const Yarns::Segment& s = pieces.segments[i];
+    const Yarns::Segment& s = pieces.segment(i);
     const bool is_hair = i >= pieces.ply_piece_count;
     const bool follows = i > 0 && numbers[i] == numbers[i - 1] &&
                          (is_hair ? i > pieces.ply_piece_count : (s.start - end).length() < s.radius);
-    add_to(pieces.runs, box_of(s, is_hair, yarns.period()), follows);
+    add_to(pieces.runs, box_of(s, is_hair, pieces.numbers[YarnPieces::radius][i], yarns.period()), follows);
     end = s.start + s.along;
   }
   for (const YarnPieces::Run& run : pieces.runs) {
@@ -178,22 +178,26 @@ void add_runs(const Yarns& yarns, std::span<const int> numbers, YarnPieces& piec
   }
 }
 
-/// Gives segments their numbers and strands.
-void add_numbers(const Yarns& yarns, YarnPieces& pieces) {
-  for (std::vector<float>& values : pieces.numbers) values.reserve(pieces.segments.size() + padding);
-  pieces.strands.reserve(pieces.segments.size());
-  for (const Yarns::Segment& s : pieces.segments) {
+/// Gives pieces their numbers and strands; hairs are so much thicker.
+void add_numbers(const Yarns& yarns, float thicker, YarnPieces& pieces) {
+  for (std::vector<float>& values : pieces.numbers) values.reserve(pieces.count() + padding);
+  pieces.strands.reserve(pieces.count());
+  for (int i = 0; i < pieces.count(); ++i) {
+    const Yarns::Segment& s = pieces.segment(i);
+    const float wider = i < pieces.ply_piece_count ? 1 : thicker;
+    const float radius = wider * s.radius;
+    const float bound = wider * s.bounding_radius;
     const V3f axis = squeezed(s.along, s.squeeze);
     const float length = axis.length();
     const std::array<float, YarnPieces::field_count> numbers{
-        s.start.x,       s.start.y,       s.start.z,       s.along.x,        s.along.y,        s.along.z,
-        axis.x / length, axis.y / length, axis.z / length, length,           joint_of(s),      s.radius,
-        s.squeeze.x,     s.squeeze.y,     s.squeeze.z,     s.hair_threshold, s.bounding_radius};
+        s.start.x,       s.start.y,       s.start.z,       s.along.x,        s.along.y,   s.along.z,
+        axis.x / length, axis.y / length, axis.z / length, length,           joint_of(s), radius,
+        s.squeeze.x,     s.squeeze.y,     s.squeeze.z,     s.hair_threshold, bound};
     for (std::size_t k = 0; k < numbers.size(); ++k) pieces.numbers[k].push_back(numbers[k]);
     pieces.strands.push_back(
         strands_of(yarns.data().curves[s.curve], yarns.geometry().strand_sense[s.curve], s));
   }
-  for (std::vector<float>& values : pieces.numbers) values.resize(pieces.segments.size() + padding);
+  for (std::vector<float>& values : pieces.numbers) values.resize(pieces.count() + padding);
 }
 
 /// Pieces as long as so many segments of mean length `step`, of each curve as many of its own as fit, but
@@ -257,23 +261,23 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
   if (!map.empty()) std::ranges::stable_sort(plies, {}, &NumberedPiece::first);
   sort_hairs(yarns, is_small, hairs);
   std::vector<int> stitches;
-  pieces.segments.reserve(plies.size() + hairs.size());
+  pieces.all = inside.segments;
+  pieces.plies.reserve(plies.size());
   for (const auto& [stitch, s] : plies) {
     stitches.push_back(stitch);
-    pieces.segments.push_back(s);
+    pieces.plies.push_back(s);
   }
   pieces.ply_piece_count = pieces.count();
   pieces.min_hair_bound = HUGE_VALF;
   for (const HairPiece& hair : hairs) {
     stitches.push_back(map.empty() ? 0 : hair.place);
-    Yarns::Segment& s = pieces.segments.emplace_back(inside.segments[hair.segment]);
-    s.radius *= hairs_for_one;
-    s.bounding_radius *= hairs_for_one;
-    pieces.thickest_hair_radius = std::max(pieces.thickest_hair_radius, s.radius);
-    pieces.widest_hair_radius = std::max(pieces.widest_hair_radius, s.bounding_radius);
-    pieces.min_hair_bound = std::min(pieces.min_hair_bound, s.bounding_radius);
+    pieces.hairs.push_back(static_cast<std::uint32_t>(hair.segment));
+    const Yarns::Segment& s = inside.segments[hair.segment];
+    pieces.thickest_hair_radius = std::max(pieces.thickest_hair_radius, hairs_for_one * s.radius);
+    pieces.widest_hair_radius = std::max(pieces.widest_hair_radius, hairs_for_one * s.bounding_radius);
+    pieces.min_hair_bound = std::min(pieces.min_hair_bound, hairs_for_one * s.bounding_radius);
   }
-  add_numbers(yarns, pieces);
+  add_numbers(yarns, hairs_for_one, pieces);
   add_runs(yarns, stitches, pieces);
   return pieces;
 }

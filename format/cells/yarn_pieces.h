@@ -46,7 +46,13 @@ struct YarnPieces {
     bounding_radius,
     field_count
   };
-  std::vector<Yarns::Segment> segments;
+  std::vector<Yarns::Segment> plies;
+  std::span<const Yarns::Segment> all;  ///< of the yarn, with its hairs
+  std::vector<std::uint32_t> hairs;     ///< in `all`
+  /// Of a hair without `numbers`' radii, which may stand for several.
+  const Yarns::Segment& segment(int piece) const {
+    return piece < ply_piece_count ? plies[piece] : all[hairs[piece - ply_piece_count]];
+  }
   /// Strands: count, shift within a turn, lays, first row; later row, width in mm, strand sense x and
   /// y.
   std::vector<std::array<Group, 2>> strands;
@@ -69,7 +75,7 @@ struct YarnPieces {
   float thickest_hair_radius = 0;  ///< radius, mm
   float widest_hair_radius = 0;    ///< as wide rays see it, mm
   float min_hair_bound = 0;        ///< smallest bound on that, mm
-  int count() const { return static_cast<int>(segments.size()); }
+  int count() const { return static_cast<int>(plies.size() + hairs.size()); }
 };
 
 /// The stitch of a map, along its curve, that the segment behind each node belongs to: it ends at the node on

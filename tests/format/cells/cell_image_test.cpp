@@ -167,7 +167,7 @@ TEST_CASE("fewer hairs of a large cell cover from afar what all cover close by")
   const auto cover_of = [](const YarnPieces& pieces) {
     double cover = 0;
     for (int i = pieces.ply_piece_count; i < pieces.count(); ++i)
-      cover += static_cast<double>(pieces.segments[i].radius * pieces.segments[i].along.length());
+      cover += static_cast<double>(pieces.numbers[YarnPieces::radius][i] * pieces.segment(i).along.length());
     return cover;
   };
   const YarnPieces& all = cell.pieces(0);
