@@ -10,7 +10,6 @@
 
 #include "converter/export/yarn_lighting.h"
 #include "format/base/parallel.h"
-#include "format/cells/yarn_pieces.h"
 
 namespace selvedge {
 namespace {

@@ -64,22 +64,15 @@ std::array<Group, 2> strands_of(const YarnCurve& curve, const V2f& sense, const 
 /// A piece, and the number of its stitch; without a map 0.
 using NumberedPiece = std::pair<int, Yarns::Segment>;
 
-/// Moves a piece of a ply by whole repeats into its stitch; its number is the one along its curve before.
-void move_into_stitch(const Yarns& yarns, NumberedPiece& piece) {
-  const YarnMap& map = yarns.data().map;
-  auto& [number, s] = piece;
-  const int along = yarns.data().curves[s.curve].repeat_offset.x == 0 ? 1 : 0;
-  const int line = map.lines[s.curve];
-  V2i stitch;
-  for (int axis = 0; axis < 2; ++axis) {
-    const auto count = static_cast<float>(map.kinds[axis]);
-    stitch[axis] = axis == along ? number : axis == 0 ? line : map.kinds.y - 1 - line;
-    const float at = (s.start[axis] + s.along[axis] / 2) / yarns.period()[axis] * count;
-    // It may bulge over its line and its borders, by less than half the repeat.
-    s.start[axis] -=
-        std::round((at - 0.5F - static_cast<float>(stitch[axis])) / count) * yarns.period()[axis];
-  }
-  number = stitch.y * map.kinds.x + stitch.x;
+/// A segment, or those from it on, as a piece that lies in the first repeat with its stitch.
+NumberedPiece in_first_repeat(const Yarns& yarns, std::size_t segment, Yarns::Segment s) {
+  const V2i& kinds = yarns.data().map.kinds;
+  if (yarns.data().map.empty()) return {0, s};
+  const V2i& stitch = yarns.geometry().stitches[segment];
+  const V2i kind = YarnMap::within(stitch, kinds);
+  const V2f moved = V2f((kind - stitch) / kinds) * yarns.period();
+  s.start += V3f(moved.x, moved.y, 0);
+  return {kind.y * kinds.x + kind.x, s};
 }
 
 /// A piece of a hair, in the order of pieces.
@@ -94,9 +87,8 @@ struct HairPiece {
 /// a map of one stitch.
 void sort_hairs(const Yarns& yarns, bool is_small, std::vector<HairPiece>& hairs) {
   const V2f& period = yarns.period();
-  const YarnMap& map = yarns.data().map;
-  V2i places = map.kinds;
-  if (map.empty() && !is_small) {
+  V2i places(1, 1);
+  if (!is_small) {
     const float per_area = static_cast<float>(hairs.size()) / (hairs_of_place * period.x * period.y);
     for (int axis = 0; axis < 2; ++axis)
       places[axis] = static_cast<int>(std::ceil(period[axis] * std::sqrt(per_area)));
@@ -109,7 +101,8 @@ void sort_hairs(const Yarns& yarns, bool is_small, std::vector<HairPiece>& hairs
       const float middle = (s.start[axis] + s.along[axis] / 2) / period[axis];
       at[axis] = static_cast<int>((middle - std::floor(middle)) * static_cast<float>(places[axis]));
     }
-    hair.place = at.y * places.x + at.x;
+    hair.place =
+        inside.stitches.empty() ? at.y * places.x + at.x : in_first_repeat(yarns, hair.segment, s).first;
     hair.wide = -min_empty_width(s);
   }
   std::ranges::sort(hairs);
@@ -220,7 +213,6 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
                                     (max_hair_pieces_per_pixel * yarns.period().x * yarns.period().y));
   float hair_number = 0;
   hairs.reserve(static_cast<std::size_t>(hair_count / hairs_for_one));
-  std::size_t first_node = 0;
   for (const YarnCurve& curve : data.curves) {
     const int of_ply = curve.nodes * curve.plies.divisions;
     float length = 0;
@@ -230,25 +222,22 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
     const int along = curve.repeat_offset.x == 0 ? 1 : 0;
     const float stitch_length =
         map.empty() ? HUGE_VALF : yarns.period()[along] / static_cast<float>(map.kinds[along]);
-    const std::vector<int> stitches = stitches_of(
-        map, yarns.period(), curve, std::span<const V3f>(data.nodes).subspan(first_node, curve.nodes));
-    first_node += curve.nodes;
     const float turn_cosine = is_small ? min_turn_cosine : min_turn_cosine_of_large;
     // The stitch that a map shows is found from a point of a piece (PointShader).
-    const auto is_one = [&](int i, int k) {
-      const Yarns::Segment& a = rest[i];
-      const Yarns::Segment& b = rest[k];
+    const auto is_one = [&](std::size_t i, std::size_t k) {
+      const Yarns::Segment& a = inside.segments[i];
+      const Yarns::Segment& b = inside.segments[k];
       return a.tangent[0].dot(b.tangent[1]) >= turn_cosine &&
              (map.empty() ||
-              (stitches[i / curve.plies.divisions] == stitches[k / curve.plies.divisions] &&
+              (inside.stitches[i] == inside.stitches[k] &&
                std::abs(b.start[along] + b.along[along] - a.start[along]) < stitch_length / 2));
     };
     for (int ply = 0; ply < curve.plies.count; ++ply) {
+      const auto first = static_cast<std::size_t>(rest.data() - inside.segments.data());
       for (int i = 0, count = 0; i < of_ply; i += count) {
         count = std::min(chain, of_ply - i);
-        while (count > 1 && !is_one(i, i + count - 1)) --count;
-        plies.emplace_back(stitches[i / curve.plies.divisions], chord(rest.subspan(i, count)));
-        if (!map.empty()) move_into_stitch(yarns, plies.back());
+        while (count > 1 && !is_one(first + i, first + i + count - 1)) --count;
+        plies.push_back(in_first_repeat(yarns, first + i, chord(rest.subspan(i, count))));
       }
       rest = rest.subspan(of_ply);
     }
@@ -283,26 +272,6 @@ YarnPieces pieces_of(const Yarns& yarns, int segments, float step) {
 }
 
 }  // namespace
-
-std::vector<int> stitches_of(const YarnMap& map, const V2f& period, const YarnCurve& curve,
-                             std::span<const V3f> nodes) {
-  constexpr float near = 1e-3F;  // of a stitch
-  std::vector<int> stitches(nodes.size(), 0);
-  if (map.empty()) return stitches;
-  const int along = curve.repeat_offset.x == 0 ? 1 : 0;
-  const auto at = [&](std::size_t i) {
-    return nodes[i][along] / period[along] * static_cast<float>(map.kinds[along]);
-  };
-  std::size_t first = 0;
-  while (first + 1 < nodes.size() && std::abs(at(first) - std::round(at(first))) > near) ++first;
-  float border = std::round(at(first));
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (i > first && std::abs(at(i) - border - 1) < near) ++border;
-    const int stitch = static_cast<int>(i < first ? border - 1 : border) % map.kinds[along];
-    stitches[i] = stitch < 0 ? stitch + map.kinds[along] : stitch;
-  }
-  return stitches;
-}
 
 CellYarn::CellYarn(const Yarns& yarns, float plane, std::span<const float> sky)
     : yarns_(&yarns),

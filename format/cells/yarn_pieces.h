@@ -78,11 +78,6 @@ struct YarnPieces {
   int count() const { return static_cast<int>(plies.size() + hairs.size()); }
 };
 
-/// The stitch of a map, along its curve, that the segment behind each node belongs to: it ends at the node on
-/// its border, also where yarn bulges over that before. Without a map all 0.
-std::vector<int> stitches_of(const YarnMap& map, const V2f& period, const YarnCurve& curve,
-                             std::span<const V3f> nodes);
-
 /// One side of a fabric, prepared for images of its cell. Immutable: for any number of threads.
 class CellYarn {
  public:

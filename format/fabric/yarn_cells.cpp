@@ -2,7 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "format/fabric/yarns.h"
 
@@ -72,6 +75,11 @@ void for_each_cell(const Yarns::Segment& s, const CellSizes& sizes, const Add& a
   }
 }
 
+/// How often whole counts go into the numbers of a cell, of any repeat.
+V2i whole_parts(const V2i& cell, const V2d& count) {
+  return {static_cast<int>(std::floor(cell.x / count.x)), static_cast<int>(std::floor(cell.y / count.y))};
+}
+
 /// Writes the segment into one lane of a block of the cell around `middle`.
 void put(const Yarns::Segment& s, const Copy& copy, const V2d& middle, std::size_t lane,
          Yarns::Block& block) {
@@ -102,6 +110,7 @@ void put(const Yarns::Segment& s, const Copy& copy, const V2d& middle, std::size
 double yarn_memory_bytes(const YarnData& data, const V2f& period) {
   constexpr double bytes_per_node = 512;
   constexpr double bytes_per_cell = 512;   // with a block that is not full
+  constexpr double bytes_per_layer = 64;   // and cell
   constexpr double bytes_per_entry = 256;  // with the time that sorting takes: 16 million in 4 GiB
   double count = 0;
   double hairs = 0;
@@ -113,19 +122,33 @@ double yarn_memory_bytes(const YarnData& data, const V2f& period) {
   }
   radius /= count;
   const CellSizes sizes = sizes_of(radius, period, data.map);
+  const V2d stitch = V2d(period) / V2d(data.map.kinds);
   double entries = 0;
+  V2d beyond(0, 0);  // stitches of a map that segments reach beyond their own
   std::vector<Yarns::Segment> segments;
-  for_each_curve(data, [&](std::size_t, const YarnCurve& curve, std::span<const V3f> nodes) {
+  std::vector<V2i> stitches;
+  for_each_curve(data, [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> nodes) {
     segments.clear();
+    stitches.clear();
     append_segments_with_hairs(curve, nodes, period, segments);
-    for (const Yarns::Segment& s : segments) {
+    if (!data.map.empty()) append_stitches(data, c, nodes, period, segments, stitches);
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+      const Yarns::Segment& s = segments[i];
       const double around = reach_of(s) + 2 * sizes.half_diagonal;
       // The cells whose middles are near enough lie within these bounds about the segment.
       const double area = around * (2 * V2d(s.along.x, s.along.y).length() + std::numbers::pi * around);
       entries += area / (sizes.cell.x * sizes.cell.y);
+      for (int axis = 0; axis < 2 && !stitches.empty(); ++axis) {
+        const double middle = static_cast<double>(s.start[axis] + s.along[axis] / 2) / stitch[axis];
+        const double reach = (static_cast<double>(std::abs(s.along[axis])) / 2 + reach_of(s)) / stitch[axis];
+        beyond[axis] =
+            std::max(beyond[axis], std::ceil(std::abs(middle - stitches[i][axis] - 0.5) + reach - 0.5));
+      }
     }
   });
-  return bytes_per_node * (count + hairs) + bytes_per_cell * sizes.cells.x * sizes.cells.y +
+  const double layers = (1 + 2 * beyond.x) * (1 + 2 * beyond.y);
+  return bytes_per_node * (count + hairs) +
+         (bytes_per_cell + bytes_per_layer * (layers - 1)) * sizes.cells.x * sizes.cells.y +
          bytes_per_entry * entries;
 }
 
@@ -142,24 +165,30 @@ Yarns::Grid Yarns::placed_in_cells() const {
   const CellSizes sizes = sizes_of(radius, period_, data_.map);
   const V2d period(period_);
   const V2i cells = sizes.cells;
-  Grid grid{low_, high_, cells, period_ / V2f(cells), {}, {}};
+  Grid grid{low_, high_, cells, period_ / V2f(cells), {}, {}, {}};
 
-  std::vector<std::vector<Copy>> lists(static_cast<std::size_t>(cells.x) * cells.y);
+  // By the ways from the cells' stitches of a map to the segments'.
+  std::map<std::pair<int, int>, std::vector<std::vector<Copy>>> layers;
+  const auto per_stitch = V2d(cells / data_.map.kinds);
   for (std::size_t i = 0; i < segments_.size(); ++i) {
     for_each_cell(segments_[i], sizes, [&](int x, int y) {
-      const V2i repeat(static_cast<int>(std::floor(static_cast<double>(x) / cells.x)),
-                       static_cast<int>(std::floor(static_cast<double>(y) / cells.y)));
+      const V2i repeat = whole_parts({x, y}, V2d(cells));
+      const V2i away = stitches_.empty() ? V2i(0, 0) : stitches_[i] - whole_parts({x, y}, per_stitch);
+      auto& lists = layers[{away.x, away.y}];
+      lists.resize(std::size_t{1} * cells.x * cells.y);
       lists[static_cast<std::size_t>(y - repeat.y * cells.y) * cells.x + (x - repeat.x * cells.x)].push_back(
           {static_cast<int>(i), V2f(-V2d(repeat.x * period.x, repeat.y * period.y))});
     });
   }
   std::size_t blocks = 0;
-  for (const auto& list : lists) blocks += (list.size() + yarn_block_size - 1) / yarn_block_size;
+  for (const auto& [away, lists] : layers)
+    for (const auto& list : lists) blocks += (list.size() + yarn_block_size - 1) / yarn_block_size;
   grid.blocks.reserve(blocks);
-  grid.cells.reserve(lists.size());
-  for (int y = 0; y < cells.y; ++y) {
-    for (int x = 0; x < cells.x; ++x) {
-      auto& list = lists[static_cast<std::size_t>(y) * cells.x + x];
+  grid.cells.reserve(layers.size() * cells.x * cells.y);
+  for (auto& [away, lists] : layers) {
+    grid.layers.emplace_back(away.first, away.second);
+    for (std::size_t k = 0; k < lists.size(); ++k) {
+      auto& list = lists[k];
       // Blocks of a few heights each, the highest first, and of hairs that vanish together: rays pass many of
       // them by.
       std::ranges::stable_sort(list, {}, [&](const Copy& c) {
@@ -169,7 +198,8 @@ Yarns::Grid Yarns::placed_in_cells() const {
       });
       Cell placed{static_cast<std::uint32_t>(grid.blocks.size()), 0, std::numeric_limits<float>::max(),
                   std::numeric_limits<float>::lowest()};
-      const V2d middle((x + 0.5) * sizes.cell.x, (y + 0.5) * sizes.cell.y);
+      const V2d middle((static_cast<double>(k % cells.x) + 0.5) * sizes.cell.x,
+                       (static_cast<double>(k / cells.x) + 0.5) * sizes.cell.y);
       for (std::size_t i = 0; i < list.size(); ++i) {
         const bool begins = i % yarn_block_size == 0;
         Block& block = begins ? grid.blocks.emplace_back() : grid.blocks.back();

@@ -30,8 +30,13 @@ struct YarnMap {
   }
   /// `shown` at a column and row of any repeat.
   int shown_at(const V2i& stitch) const {
-    const auto within = [](int i, int count) { return (i % count + count) % count; };
-    return shown[static_cast<std::size_t>(within(stitch.y, size.y)) * size.x + within(stitch.x, size.x)];
+    const V2i at = within(stitch, size);
+    return shown[std::size_t{1} * at.y * size.x + at.x];
+  }
+  /// A stitch of any repeat, in the first one.
+  static V2i within(const V2i& stitch, const V2i& count) {
+    const auto one = [](int i, int n) { return i >= 0 && i < n ? i : (i % n + n) % n; };
+    return {one(stitch.x, count.x), one(stitch.y, count.y)};
   }
   /// The yarn's own repeat, of a cloth with this repeat, mm.
   V2f yarn_period(const V2f& repeat) const { return empty() ? repeat : repeat * V2f(kinds) / V2f(size); }

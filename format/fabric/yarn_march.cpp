@@ -1,8 +1,10 @@
-// Rays against Yarns: a ray passes the cells one after another, and meets or misses the segments of a block
-// at once.
+// Rays against Yarns: a ray passes the cells one after another, of a map those of the stitches that it shows
+// around, and meets or misses the segments of a block at once.
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <vector>
 
 #include "format/fabric/lifted.h"
 #include "format/fabric/yarns.h"
@@ -165,25 +167,37 @@ SELVEDGE_INLINE void walk(const Yarns::Grid& grid, const V2f& period, const Yarn
   const V2i count = map != nullptr ? per_stitch * map->size : grid.count;
   CellAxis x(ray.origin.x, direction.x, grid.size.x, count.x);
   CellAxis y(ray.origin.y, direction.y, grid.size.y, count.y);
-  const auto number = [&](int column, int row) {
-    if (map != nullptr) {
-      const V2i shown = map->shown_upwards({column / per_stitch.x, row / per_stitch.y}) * per_stitch;
-      column = shown.x + column % per_stitch.x;
-      row = shown.y + row % per_stitch.y;
+  // Of each layer, the way from the ray's cell to the one of the stitch that a map shows there.
+  std::vector<std::ptrdiff_t> to_shown(map != nullptr ? grid.layers.size() : 0);
+  V2i stitch(-1, -1);
+  const auto enter_stitch = [&](const V2i& entered_stitch) {
+    stitch = entered_stitch;
+    for (std::size_t layer = 0; layer < to_shown.size(); ++layer) {
+      const V2i& away = grid.layers[layer];
+      const V2i shown = YarnMap::within(map->shown_upwards(stitch + away) - away, map->kinds);
+      const V2i way = (shown - stitch) * per_stitch;
+      to_shown[layer] = std::ptrdiff_t{1} * way.y * grid.count.x + way.x;
     }
-    return static_cast<std::size_t>(row) * grid.count.x + column;
   };
   const float overlap = yarn_slack * std::min(x.each, y.each);
   const float beyond = yarn_slack * (grid.max_z - grid.min_z);
+  const auto cells_of_layer = std::ptrdiff_t{1} * grid.count.x * grid.count.y;
   V3f origin = ray.origin;
   float entered = 0;
   for (int visited = 0; visited < max_cells_of_a_ray; ++visited) {
     const float left = std::min({x.next(), y.next(), ray.height});
-    const Yarns::Cell& cell = grid.cells[number(x.cell, y.cell)];
     const float from = origin.z + direction.z * entered;
     const float to = origin.z + direction.z * left;
-    if (cell.block_count > 0 && std::min(from, to) <= cell.max_z + beyond &&
-        std::max(from, to) >= cell.min_z - beyond) {
+    if (map != nullptr) {
+      const V2i at(x.cell / per_stitch.x, y.cell / per_stitch.y);
+      if (at != stitch) enter_stitch(at);
+    }
+    auto number = std::ptrdiff_t{1} * y.cell * grid.count.x + x.cell;
+    for (std::size_t layer = 0; layer < grid.layers.size(); ++layer, number += cells_of_layer) {
+      const Yarns::Cell& cell = grid.cells[number + (map != nullptr ? to_shown[layer] : 0)];
+      if (cell.block_count == 0 || std::min(from, to) > cell.max_z + beyond ||
+          std::max(from, to) < cell.min_z - beyond)
+        continue;
       const V3f at = origin + direction * entered -
                      V3f((static_cast<float>(x.cell) + 0.5F) * grid.size.x,
                          (static_cast<float>(y.cell) + 0.5F) * grid.size.y, 0);
@@ -235,21 +249,31 @@ std::optional<YarnHit> Yarns::trace(const V2d& uv, float plane, const V3f& view,
   Met met;
   walk_all(grid(), V2f(all), data_.map.empty() ? nullptr : &data_.map, ray, false, met);
   if (met.segment < 0) return std::nullopt;
-  return YarnHit{met.segment, met.from_start};
+  YarnHit hit{met.segment, met.from_start};
+  const V2f stitch = period_ / V2f(data_.map.kinds);
+  for (int axis = 0; axis < 2 && !data_.map.empty(); ++axis) {
+    const float moved = ray.origin[axis] + ray.direction[axis] * met.height - met.from_start[axis] -
+                        segments_[met.segment].start[axis];
+    hit.map_shift[axis] = std::round(moved / stitch[axis]) * stitch[axis];
+  }
+  return hit;
 }
 
-bool Yarns::is_occluded(const V3f& from, const V3f& light) const {
+bool Yarns::is_occluded(const V3f& from, const V3f& light, const YarnMap* map) const {
   static const auto walk_all = walk_for_this_processor();
-  Ray ray = ray_of(V2d(V2f(from.x, from.y)), from.z, light, 1, period_);
+  const V2f all = map != nullptr ? repeat() : period_;
+  Ray ray = ray_of(V2d(V2f(from.x, from.y)), from.z, light, 1, all);
   ray.height = std::max(0.0F, high_ - from.z);
   Met met;
-  walk_all(grid(), period_, nullptr, ray, true, met);
+  walk_all(grid(), all, map, ray, true, met);
   return met.segment >= 0;
 }
 
 bool Yarns::is_occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const {
   const Segment& s = segments_[hit.segment];
-  return is_occluded(s.start + hit.start_offset + point.normal * (surface_offset_radii * s.radius), light);
+  const V3f shift(hit.map_shift.x, hit.map_shift.y, 0);
+  return is_occluded(s.start + hit.start_offset + point.normal * (surface_offset_radii * s.radius) + shift,
+                     light, data_.map.empty() ? nullptr : &data_.map);
 }
 
 }  // namespace selvedge

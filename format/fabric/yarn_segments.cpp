@@ -261,6 +261,52 @@ bool angles_from_x_axis(const YarnCurve& curve, std::span<const V3f> nodes, cons
   return angles_from_x_axis(V3f(axis_of(curve, nodes, period).tangent[0]));
 }
 
+std::vector<int> stitches_of(const YarnMap& map, const V2f& period, const YarnCurve& curve,
+                             std::span<const V3f> nodes) {
+  constexpr float near = 1e-3F;  // of a stitch
+  std::vector<int> stitches(nodes.size(), 0);
+  if (map.empty()) return stitches;
+  const int along = curve.repeat_offset.x == 0 ? 1 : 0;
+  const int count = map.kinds[along];
+  const int sense = curve.repeat_offset[along] < 0 ? -1 : 1;
+  const auto at = [&](std::size_t i) {
+    return nodes[i][along] / period[along] * static_cast<float>(sense * count);
+  };
+  std::size_t first = 0;
+  while (first + 1 < nodes.size() && std::abs(at(first) - std::round(at(first))) > near) ++first;
+  auto border = static_cast<int>(std::round(at(first)));  // the next one
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (i >= first && std::abs(at(i) - static_cast<float>(border)) < near) ++border;
+    const int stitch = (sense > 0 ? border - 1 : -border) % count;
+    stitches[i] = stitch < 0 ? stitch + count : stitch;
+  }
+  return stitches;
+}
+
+void append_stitches(const YarnData& data, std::size_t number, std::span<const V3f> nodes, const V2f& period,
+                     std::span<const Yarns::Segment> segments, std::vector<V2i>& stitches) {
+  const YarnMap& map = data.map;
+  const YarnCurve& curve = data.curves[number];
+  const int along = curve.repeat_offset.x == 0 ? 1 : 0;
+  const int line = along == 0 ? map.kinds.y - 1 - map.lines[number] : map.lines[number];
+  const std::vector<int> of_nodes = stitches_of(map, period, curve, nodes);
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    const Yarns::Segment& s = segments[i];
+    const bool is_in_line = !(s.hair_threshold > 0) && curve.repeat_offset != V2i(0, 0);
+    V2i& stitch = stitches.emplace_back();
+    for (int axis = 0; axis < 2; ++axis) {
+      const auto count = static_cast<float>(map.kinds[axis]);
+      const float middle = (s.start[axis] + s.along[axis] / 2) / period[axis] * count;
+      stitch[axis] = static_cast<int>(std::floor(middle));
+      if (!is_in_line) continue;
+      // It may bulge over its line and its borders, by less than half the repeat.
+      const int kind = axis == along ? of_nodes[i / curve.plies.divisions % nodes.size()] : line;
+      const float repeats = std::round((middle - 0.5F - static_cast<float>(kind)) / count);
+      stitch[axis] = kind + map.kinds[axis] * static_cast<int>(repeats);
+    }
+  }
+}
+
 void Yarns::derive_segments() {
   low_ = std::numeric_limits<float>::max();
   high_ = std::numeric_limits<float>::lowest();
@@ -273,7 +319,9 @@ void Yarns::derive_segments() {
     const std::size_t first = segments_.size();
     first_segment_.push_back(static_cast<int>(first));
     append_segments_with_hairs(curve, nodes, period_, segments_);
-    for (Segment& s : std::span(segments_).subspan(first)) {
+    const auto own = std::span(segments_).subspan(first);
+    if (!data_.map.empty()) append_stitches(data_, c, nodes, period_, own, stitches_);
+    for (Segment& s : own) {
       s.curve = static_cast<int>(c);
       // Chains end where others begin, hairs do not.
       const float to = s.hair_threshold > 0 ? s.start.z + s.along.z : s.start.z;

@@ -163,6 +163,7 @@ double yarn_memory_bytes(const YarnData& data, const V2f& period);
 struct YarnHit {
   int segment = 0;            ///< that which begins at the node of this index
   V3f start_offset{0, 0, 0};  ///< mm, from that node to the point
+  V2f map_shift{0, 0};        ///< mm, by which a map moves the segment
 };
 
 /// The surface at a hit.
@@ -245,8 +246,8 @@ class Yarns {
   YarnFrame frame_at(int curve, int station, int ply = 0) const;
   /// Whether yarn lies between the point and unit `light`, which is lifted like a view.
   bool is_occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const;
-  /// The same for a point, mm, of any repeat of the yarn.
-  bool is_occluded(const V3f& from, const V3f& light) const;
+  /// The same for a point, mm, of any repeat of the yarn, or of the cloth that a map makes of it.
+  bool is_occluded(const V3f& from, const V3f& light, const YarnMap* map = nullptr) const;
   /// f(l, v) of the point by direct light, whether or not yarn hides it.
   V3f direct_reflectance(const YarnPoint& point, const V3f& light, const V3f& view) const;
   /// Transfer of light from above, or of light that comes `through`, if that is known.
@@ -307,8 +308,11 @@ class Yarns {
   struct Grid {
     float min_z = 0, max_z = 0;  ///< mm, of the lowest and the highest point
     V2i count{1, 1};
-    V2f size{1, 1};           ///< of a cell, mm
-    std::vector<Cell> cells;  ///< [row][column]
+    V2f size{1, 1};  ///< of a cell, mm
+    /// How far, in stitches of a map, the stitch of the layer's segments lies from the cell's; one layer
+    /// without a map.
+    std::vector<V2i> layers;
+    std::vector<Cell> cells;  ///< [layer][row][column]
     std::vector<Block> blocks;
   };
   /// Made at the first call: cloth that is splatted needs none.
@@ -319,8 +323,9 @@ class Yarns {
     std::span<const int> first_station;  ///< of each curve
     /// Factors of cosine and sine, by curve: strands of yarn turned over count from the mirrored angle.
     std::span<const V2f> strand_sense;
+    std::span<const V2i> stitches;  ///< of a map, of each segment: append_stitches(); else empty
   };
-  Geometry geometry() const { return {low_, high_, segments_, first_station_, strand_sense_}; }
+  Geometry geometry() const { return {low_, high_, segments_, first_station_, strand_sense_, stitches_}; }
 
  private:
   void derive_segments();
@@ -334,6 +339,7 @@ class Yarns {
   std::vector<int> first_segment_;  ///< of each curve; segments of a ply are adjacent
   std::vector<int> first_station_;  ///< of each curve
   std::vector<V2f> strand_sense_;
+  std::vector<V2i> stitches_;
   struct Derived {
     std::once_flag grid_once, variation_once;
     Grid grid;
@@ -374,6 +380,14 @@ void for_each_curve(const YarnData& data, const Visit& visit) {
 /// Appends them, followed by the pieces of its hairs.
 void append_segments_with_hairs(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
                                 std::vector<Yarns::Segment>& segments);
+/// The stitch of a map, along its curve, that the segment behind each node belongs to: it ends at the node on
+/// its border, also where yarn bulges over that before. Without a map all 0.
+std::vector<int> stitches_of(const YarnMap& map, const V2f& period, const YarnCurve& curve,
+                             std::span<const V3f> nodes);
+/// Appends the stitches, columns and rows (upwards) of any repeat, that the segments and hairs of a curve
+/// belong to: where a map shows one, it shows them.
+void append_stitches(const YarnData& data, std::size_t curve, std::span<const V3f> nodes, const V2f& period,
+                     std::span<const Yarns::Segment> segments, std::vector<V2i>& stitches);
 /// Hairs of a curve that has make_segments() `chain`.
 std::vector<YarnHair> make_hairs(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
                                  std::span<const Yarns::Segment> chain);

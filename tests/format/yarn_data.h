@@ -1,8 +1,10 @@
 // Yarn for the tests.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "format/base/random.h"
 #include "format/fabric/fabric.h"
@@ -104,6 +106,40 @@ inline YarnData waves(float period, int curves, bool strands) {
     for (int i = 0; i < curve.stations * light_values_per_station; ++i)
       data.station_light.push_back(static_cast<float>(0.02 * random.uniform()));
   }
+  return data;
+}
+
+/// Rows and columns of stitches of 1 mm that hang over their borders, at random; `shapes`: of each stitch,
+/// row by row from above. Rows run to the right and columns down.
+inline YarnData lines_of(const V2i& size, std::span<const int> shapes) {
+  constexpr int nodes_per_stitch = 20;
+  YarnData data;
+  for (int line = 0; line < size.y + size.x; ++line) {
+    const bool is_row = line < size.y;
+    YarnCurve curve;
+    curve.repeat_offset = is_row ? V2i(1, 0) : V2i(0, -1);
+    curve.radius = is_row ? 0.11F : 0.08F;
+    curve.nodes = nodes_per_stitch * (is_row ? size.x : size.y);
+    curve.stations = 1;
+    data.curves.push_back(curve);
+    for (int i = 0; i < curve.nodes; ++i) {
+      const int stitch = i / nodes_per_stitch;
+      const V2i at = is_row ? V2i(stitch, line) : V2i(line - size.y, stitch);
+      Random random(2 * shapes[at.y * size.x + at.x] + (is_row ? 0 : 1));
+      std::array<float, 3> reach{};
+      for (float& r : reach) r = static_cast<float>(random.uniform() - 0.5);
+      const float part = static_cast<float>(i % nodes_per_stitch) / nodes_per_stitch;
+      // Level and straight at borders.
+      const float bulge = std::pow(std::sin(std::numbers::pi_v<float> * part), 2.0F);
+      const float turn = bulge * std::sin(2 * std::numbers::pi_v<float> * part);
+      const float along = part - 0.8F * turn;
+      const float across = 0.5F + 1.4F * reach[0] * bulge + 0.6F * reach[1] * turn;
+      const float z = 0.5F + reach[2] * bulge;
+      data.nodes.push_back(V3f(static_cast<float>(at.x) + (is_row ? along : across),
+                               -static_cast<float>(at.y) - (is_row ? across : along), z));
+    }
+  }
+  data.station_light.assign(data.curves.size() * light_values_per_station, 0);
   return data;
 }
 

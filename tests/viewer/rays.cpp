@@ -155,7 +155,7 @@ V4f shade_yarn(const Garment& garment, const Fabric& fabric, const Meeting& m) {
   const Yarns& yarns = *fabric.levels.front().yarns();
   Slopes slopes;
   for (std::size_t i = 0; i < 2; ++i) {
-    slopes.place[i] = V2f(m.steps[i]) * V2f(yarns.period().x, -yarns.period().y);
+    slopes.place[i] = V2f(m.steps[i]) * V2f(yarns.repeat().x, -yarns.repeat().y);
     const V3f turn = m.in_frame(m.turns[i]);
     slopes.normal[i] = {turn.x, turn.y};
   }

@@ -176,7 +176,7 @@ TEST_CASE("cell images show the yarn that rays meet, from every place, of any si
     SwatchView view;
     double db;
   };
-  // Rays meet what a stitch's neighbours in the yarn's own repeat leave there.
+  // Yarn of other crossings does not meet: rays see its ends round.
   const Fabric random = arranged_crossings({2, 3}, {0, 1, 3, 2, 2, 1});
   const Fabric same = arranged_crossings({2, 2}, {0, 1, 2, 3});
   // Rays of one repeat are taken as parallel, and these stand as high above each other as they are wide.

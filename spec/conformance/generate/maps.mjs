@@ -5,14 +5,17 @@ import {of_curves} from './yarns.mjs';
 const STITCHES = [[0, 1, 2], [3, 4, 5]];
 const YARN = {stations: 6, radius: 0.1875, gloss: 0.25, roughness: 0.25, slope: 0.25};
 
-/** Nodes of a line of stitches, level and straight where it crosses their borders: per stitch the way across and up of two others. */
+/**
+ * Nodes of a line of stitches, level and straight where it crosses their borders: per stitch the way across, which may hang over
+ * the line, and up of two others.
+ */
 const nodes_of = (stitches, line, along_v) => stitches.flatMap(([across, up, later, later_up], i) =>
   [[0, 0, 0], [0.125, 0, 0], [0.375, across, up], [0.625, later, later_up], [0.875, 0, 0]].map(([s, y, z]) =>
     along_v ? [line + 0.5 + y, -i - s, 0.5 + z] : [i + s, y - line - 0.5, 0.5 + z]));
 
 const rows = [
-  [[0.125, 0.25, -0.125, 0.125], [0, -0.25, 0.125, 0.25], [-0.125, 0, -0.125, 0.25]],
-  [[0, 0.25, 0, 0.25], [0.125, 0, 0, -0.25], [-0.125, -0.125, 0.125, 0.125]],
+  [[0.125, 0.25, -0.75, 0.125], [0, -0.25, 0.125, 0.25], [-0.125, 0, -0.125, 0.25]],
+  [[0, 0.25, 0, 0.25], [0.75, 0, 0, -0.25], [-0.125, -0.125, 0.625, 0.125]],
 ].map((stitches, row) => ({
   ...YARN, turns: [1, 0], albedo: [[0.75, 0.5, 0.25], [0.125, 0.25, 0.75]][row], nodes: nodes_of(stitches, row, false),
 }));

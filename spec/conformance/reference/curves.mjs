@@ -228,6 +228,26 @@ function segments_of(curve, period) {
   }).flat();
 }
 
+/**
+ * The stitches of a map, columns and rows from v = 0 on of any repeat, that segments of a curve in this line belong to (brdf.md,
+ * Map).
+ */
+function stitches_of(segments, {turns: [X, Y], points, plies: {divisions}}, {kinds}, line, period) {
+  const along = X === 0 ? 1 : 0, sense = Math.sign(X === 0 ? -Y : X), is_near = (x, border) => abs(x - border) < 1e-3;
+  const place = ([x, y]) => [x * kinds[0] / period[0], -y * kinds[1] / period[1]];
+  const ways = points.map((p) => sense * place(p)[along]), first = ways.findIndex((x) => is_near(x, Math.round(x)));
+  let border = Math.round(ways[first]);
+  const of_nodes = ways.map((x, i) => {
+    if (i >= first && is_near(x, border)) ++border;
+    return sense > 0 ? border - 1 : -border;
+  });
+  return segments.map(({start, along: way, rank}, i) => place(plus(start, way, 1 / 2)).map((middle, axis) => {
+    if (rank > 0 || sense === 0) return floor(middle);
+    const own = axis === along ? of_nodes[floor(i / divisions) % points.length] : line;
+    return own + kinds[axis] * Math.round((middle - 0.5 - own) / kinds[axis]);
+  }));
+}
+
 /** The curve turned over (brdf.md, Sides). */
 function turn_over(curve, period, thickness) {
   const {count, phase} = curve.plies, sideways = abs(axis_of(curve, period)[0].tangent[2]) >= 0.9;
@@ -266,7 +286,10 @@ export function yarns_of({texels: [w, h], layers, mmPerRepeat, referenceHeight, 
   const chains = curves.map((curve) => segments_of(curve, period));
   const segments = curves.flatMap((curve, c) => {
     const hairs = hairs_of(curve, chains[c], abs(curve.tangent[2]) >= 0.9);
-    return hairs.length > 0 ? chains[c].concat(hairs) : chains[c];
+    const own = hairs.length > 0 ? chains[c].concat(hairs) : chains[c];
+    if (!map) return own;
+    const stitches = stitches_of(own, curve, map, map.lines[c], period);
+    return own.map((segment, i) => ({...segment, stitch: stitches[i]}));
   });
   // Chains end where others begin, hairs do not.
   const end_of = (sign) => segments.flatMap(({start, along, rank, reach, squeeze}) => {

@@ -25,18 +25,25 @@ function entry({round, length, radius, ball: about, squeeze}, from, way) {
   return min(side, ball) / size;
 }
 
+const modulo = (i, size) => i - floor(i / size) * size;
+
 /** Calls visit(segment, the origin seen from the start of its copy) for every copy that a ray of length `way` may touch. */
-function for_each_near({segments, period: [P_x, P_y]}, o, d, way, visit) {
+function for_each_near({segments, period, map}, o, d, way, visit) {
+  const [P_x, P_y] = map ? period.map((mm, axis) => mm / map.kinds[axis]) : period;
+  const is_shown = ([column, row], X, Y) =>
+    map.shown[modulo(row - Y, map.size[1]) * map.size[0] + modulo(column + X, map.size[0])] ===
+      modulo(row, map.kinds[1]) * map.kinds[0] + modulo(column, map.kinds[0]);
   const ends = [0, 1].map((axis) => [o[axis], o[axis] + way * d[axis]]);
   const [[x_0, x_1], [y_0, y_1]] = ends.map(([a, b]) => [min(a, b), max(a, b)]);
   for (const segment of segments) {
-    const {start, along, ball, squeeze} = segment, [x, y, z] = start, [w_x, w_y, w_z] = along, around = wide(ball, squeeze);
+    const {start, along, ball, squeeze, stitch} = segment, [x, y, z] = start, [w_x, w_y, w_z] = along, around = wide(ball, squeeze);
     const X_0 = ceil((x_0 - max(x, x + w_x) - around) / P_x), X_1 = floor((x_1 - min(x, x + w_x) + around) / P_x);
     const Y_0 = ceil((y_0 - max(y, y + w_y) - around) / P_y), Y_1 = floor((y_1 - min(y, y + w_y) + around) / P_y);
     if (X_0 > X_1 || Y_0 > Y_1) continue;
     const most = (hypot(w_x, w_y, w_z) / 2 + around) ** 2, c_z = o[2] - z - w_z / 2;
     for (let X = X_0; X <= X_1; ++X) {
       for (let Y = Y_0; Y <= Y_1; ++Y) {
+        if (map && !is_shown(stitch, X, Y)) continue;
         const f_x = o[0] - x - X * P_x, f_y = o[1] - y - Y * P_y, c_x = f_x - w_x / 2, c_y = f_y - w_y / 2;
         const forward = c_x * d[0] + c_y * d[1] + c_z * d[2];
         if (c_x * c_x + c_y * c_y + c_z * c_z - forward * forward <= most) visit(segment, [f_x, f_y, o[2] - z]);
@@ -45,41 +52,18 @@ function for_each_near({segments, period: [P_x, P_y]}, o, d, way, visit) {
   }
 }
 
-/** Where a ray passes stitches of a map: { begin, end, shift }, ways of the ray, and from there to the stitch that is shown. */
-function passed_stitches({map, period}, o, d, way) {
-  if (!map) return [{begin: -Infinity, end: Infinity, shift: [0, 0, 0]}];
-  const {kinds: [n, m], size: [W, H], shown} = map, cell = [period[0] / n, period[1] / m];
-  const borders = [0, 1].flatMap((axis) => {
-    const [a, b] = [o[axis], o[axis] + way * d[axis]].sort((x, y) => x - y), first = ceil(a / cell[axis]);
-    return Array.from({length: max(0, floor(b / cell[axis]) - first + 1)}, (_, i) => ((first + i) * cell[axis] - o[axis]) / d[axis]);
-  });
-  const ways = [0, ...borders.filter((t) => t > 0 && t < way).sort((a, b) => a - b), way], modulo = (i, size) => i - floor(i / size) * size;
-  return ways.slice(1).map((end, i) => {
-    const [x, y] = plus(o, d, (ways[i] + end) / 2), column = floor(x / cell[0]), row = floor(-y / cell[1]);
-    const kind = shown[modulo(row, H) * W + modulo(column, W)], shift = [(kind % n - column) * cell[0], (row - floor(kind / n)) * cell[1], 0];
-    return {begin: ways[i], end, shift};
-  });
-}
-
-/**
- * The segment that the ray towards `view` through (u, v) enters first, P from its start, and P where the yarn's own repeat shows it;
- * or null.
- */
+/** The segment that the ray towards `view` through (u, v) enters first, P from its start, and P; or null. */
 export function trace(yarns, [u, v], view) {
   const {repeat, plane, top, bottom, thinnest} = yarns;
   const w = lifted(view), at = [(u - floor(u)) * repeat[0], -(v - floor(v)) * repeat[1], plane];
   const o = plus(at, w, (top - plane) / w[2]), d = times(w, -1);
   let best = min((top - bottom) / w[2], MOST_RADII * thinnest), hit = null;
-  for (const {begin, end, shift} of passed_stitches(yarns, o, d, best)) {
-    if (begin > best) break;
-    const moved = plus(o, shift);
-    for_each_near(yarns, moved, d, best, (segment, from) => {
-      const t = entry(segment, from, d);
-      if (t >= best || t < begin || t >= end) return;
-      best = t;
-      hit = {segment, from_start: plus(from, d, t), point: plus(moved, d, t)};
-    });
-  }
+  for_each_near(yarns, o, d, best, (segment, from) => {
+    const t = entry(segment, from, d);
+    if (t >= best) return;
+    best = t;
+    hit = {segment, from_start: plus(from, d, t), point: plus(o, d, t)};
+  });
   return hit;
 }
 

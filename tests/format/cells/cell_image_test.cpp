@@ -3,6 +3,7 @@
 #include <ImathVec.h>
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -156,6 +157,41 @@ TEST_CASE("the splatter sees what rays see, from everywhere, hairs and flat sect
     MESSAGE(apart, " of ", count);
     CHECK(apart < count / 50);
   }
+}
+
+TEST_CASE("the splatter sees what rays see of a map, where stitches hang over their borders") {
+  Random random(5);
+  const V2i kinds(3, 2);
+  YarnData data = test::lines_of(kinds, std::array{0, 1, 2, 3, 4, 5});
+  data.map = {kinds, {4, 3}, {0, 5, 2, 4, 3, 3, 1, 0, 2, 4, 4, 5}, {0, 1, 0, 1, 2}};
+  for (YarnCurve& curve : data.curves) curve.hairs = {20, 0.5F, 0.25F, 0.02F, 1};
+  const Yarns yarns(std::move(data), V2f(kinds));
+  const CellYarn cell(yarns, 0.5F, {});
+  const YarnPieces& pieces = cell.pieces(0);
+  int apart = 0, count = 0;
+  for (int round = 0; round < 6; ++round) {
+    const V3f view = test::random_direction(random, 0.3);
+    const CellSize size{.repeat_samples = V2i(16 * map_tile_stitches),
+                        .window_origin = {16 * (3 + round), 32},
+                        .window_samples = {96, 80},
+                        .shows_map = true,
+                        .first_stitch = {-2, 3}};
+    DepthGrid grid;
+    grid.resize(size, true);
+    splat(cell, pieces, {ray_slope(view), 0, true}, grid);
+    for (int i = 0; i < grid.width * grid.height; ++i) {
+      const V2i texel(i % grid.width, i / grid.width);
+      const V2d stitch = V2d(size.first_stitch) + (V2d(size.window_origin + texel) + V2d(0.5)) / 16.0;
+      const auto hit = yarns.trace(V2d(stitch.x / 4, -stitch.y / 3), 0.5F, view);
+      const float z = grid.z[static_cast<std::size_t>(texel.y) * grid.stride + texel.x];
+      const float met =
+          hit ? yarns.geometry().segments[hit->segment].start.z + hit->start_offset.z : no_depth;
+      ++count;
+      apart += std::abs(z - met) < 0.02F ? 0 : 1;
+    }
+  }
+  MESSAGE(apart, " of ", count);
+  CHECK(apart < count / 20);
 }
 
 TEST_CASE("fewer hairs of a large cell cover from afar what all cover close by") {

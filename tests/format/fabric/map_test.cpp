@@ -1,7 +1,11 @@
 #include <doctest/doctest.h>
 #include <fmt/format.h>
 
+#include <array>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <vector>
 
 #include "format/fabric/evaluate.h"
 #include "format/fabric/file.h"
@@ -31,6 +35,12 @@ Fabric mapped_fabric() {
   data.map = std::move(map);
   fabric.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(data), period));
   return fabric;
+}
+
+/// In the cloth, mm.
+V3f place_of(const Yarns& yarns, const YarnHit& hit) {
+  return yarns.geometry().segments[hit.segment].start + hit.start_offset +
+         V3f(hit.map_shift.x, hit.map_shift.y, 0);
 }
 
 const YarnMap& map_of(const Fabric& fabric) { return *fabric.find_map(); }
@@ -95,6 +105,43 @@ TEST_CASE("headers of maps are refused in a line") {
     CHECK(verdict({{"sides", {{"back", back}}}}) ==
           fmt::format("a.exr: /sides/back/layers/{}: is beside a map [FABRIC_MEMBER]", layer));
   }
+}
+
+TEST_CASE("rays meet a map's yarn as they meet a cloth whose stitches are in these places") {
+  const YarnMap map{{3, 2}, {4, 3}, {0, 5, 2, 4, 3, 3, 1, 0, 2, 4, 4, 5}, {0, 1, 0, 1, 2}};
+  YarnData sampler = test::lines_of(map.kinds, std::array{0, 1, 2, 3, 4, 5});
+  const std::vector<int> shapes(map.shown.begin(), map.shown.end());
+  const Yarns whole(test::lines_of(map.size, shapes), V2f(map.size));
+  sampler.map = map;
+  test::need(validate(sampler, V2f(map.kinds)));
+  const Yarns mapped(sampler, V2f(map.kinds));
+  const Yarns::Grid& grid = mapped.grid();
+  CHECK(grid.layers.size() > 5);
+  CHECK(static_cast<double>(std::span(grid.cells).size_bytes() + std::span(grid.blocks).size_bytes()) <=
+        yarn_memory_bytes(sampler, V2f(map.kinds)));
+  Random random(3);
+  int met = 0;
+  int hidden = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const V2d uv(3 * random.uniform() - 1, 3 * random.uniform() - 1);
+    const V3f view = test::random_direction(random, 0.05);
+    const auto expected = whole.trace(uv, 0.4F, view);
+    const auto hit = mapped.trace(uv, 0.4F, view);
+    REQUIRE(hit.has_value() == expected.has_value());
+    if (!hit) continue;
+    ++met;
+    V3f apart = place_of(mapped, *hit) - place_of(whole, *expected);
+    for (int axis = 0; axis < 2; ++axis)
+      apart[axis] = std::remainder(apart[axis], static_cast<float>(map.size[axis]));
+    CHECK(apart.length() < 1e-4F);
+    const V3f light = test::random_direction(random, 0.05);
+    const YarnPoint point = mapped.point_at(*hit);
+    const bool is_hidden = whole.is_occluded(*expected, point, light);
+    CHECK(mapped.is_occluded(*hit, point, light) == is_hidden);
+    hidden += is_hidden ? 1 : 0;
+  }
+  CHECK(met > 10000);
+  CHECK(hidden > 2000);
 }
 
 TEST_CASE("an arranged fabric has the texel of the stitch that is shown, and means of these by opacity") {
