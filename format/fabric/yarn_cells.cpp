@@ -1,7 +1,6 @@
 // The cells of Yarns: lists of the segments that rays can meet in each, in blocks for the lanes.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 #include <utility>
@@ -73,11 +72,6 @@ void for_each_cell(const Yarns::Segment& s, const CellSizes& sizes, const Add& a
       if ((middle - a - along * fraction).length() <= reach + sizes.half_diagonal) add(x, y);
     }
   }
-}
-
-/// How often whole counts go into the numbers of a cell, of any repeat.
-V2i whole_parts(const V2i& cell, const V2d& count) {
-  return {static_cast<int>(std::floor(cell.x / count.x)), static_cast<int>(std::floor(cell.y / count.y))};
 }
 
 /// Writes the segment into one lane of a block of the cell around `middle`.
@@ -164,19 +158,21 @@ Yarns::Grid Yarns::placed_in_cells() const {
   radius /= count;
   const CellSizes sizes = sizes_of(radius, period_, data_.map);
   const V2d period(period_);
-  const V2i cells = sizes.cells;
+  const V2i& cells = sizes.cells;
   Grid grid{low_, high_, cells, period_ / V2f(cells), {}, {}, {}};
 
   // By the ways from the cells' stitches of a map to the segments'.
   std::map<std::pair<int, int>, std::vector<std::vector<Copy>>> layers;
-  const auto per_stitch = V2d(cells / data_.map.kinds);
   for (std::size_t i = 0; i < segments_.size(); ++i) {
     for_each_cell(segments_[i], sizes, [&](int x, int y) {
-      const V2i repeat = whole_parts({x, y}, V2d(cells));
-      const V2i away = stitches_.empty() ? V2i(0, 0) : stitches_[i] - whole_parts({x, y}, per_stitch);
+      const V2i& kinds = data_.map.kinds;
+      const V2i cell = YarnMap::within({x, y}, cells);
+      const V2i repeat = (V2i(x, y) - cell) / cells;
+      const V2i stitch = repeat * kinds + cell / (cells / kinds);
+      const V2i away = stitches_.empty() ? V2i(0, 0) : stitches_[i] - stitch;
       auto& lists = layers[{away.x, away.y}];
       lists.resize(std::size_t{1} * cells.x * cells.y);
-      lists[static_cast<std::size_t>(y - repeat.y * cells.y) * cells.x + (x - repeat.x * cells.x)].push_back(
+      lists[std::size_t{1} * cell.y * cells.x + cell.x].push_back(
           {static_cast<int>(i), V2f(-V2d(repeat.x * period.x, repeat.y * period.y))});
     });
   }
@@ -196,15 +192,11 @@ Yarns::Grid Yarns::placed_in_cells() const {
         return std::pair(s.hair_threshold > 0 ? std::max(-3, std::ilogb(s.hair_threshold)) : -4,
                          -2 * s.start.z - s.along.z);
       });
-      Cell placed{static_cast<std::uint32_t>(grid.blocks.size()), 0, std::numeric_limits<float>::max(),
-                  std::numeric_limits<float>::lowest()};
+      Cell placed{static_cast<std::uint32_t>(grid.blocks.size())};
       const V2d middle((static_cast<double>(k % cells.x) + 0.5) * sizes.cell.x,
                        (static_cast<double>(k / cells.x) + 0.5) * sizes.cell.y);
       for (std::size_t i = 0; i < list.size(); ++i) {
-        const bool begins = i % yarn_block_size == 0;
-        Block& block = begins ? grid.blocks.emplace_back() : grid.blocks.back();
-        if (begins) block.min_z = std::numeric_limits<float>::max();
-        if (begins) block.max_z = std::numeric_limits<float>::lowest();
+        Block& block = i % yarn_block_size == 0 ? grid.blocks.emplace_back() : grid.blocks.back();
         put(segments_[list[i].segment], list[i], middle, i % yarn_block_size, block);
         placed.min_z = std::min(placed.min_z, block.min_z);
         placed.max_z = std::max(placed.max_z, block.max_z);

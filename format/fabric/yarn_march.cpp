@@ -170,15 +170,6 @@ SELVEDGE_INLINE void walk(const Yarns::Grid& grid, const V2f& period, const Yarn
   // Of each layer, the way from the ray's cell to the one of the stitch that a map shows there.
   std::vector<std::ptrdiff_t> to_shown(map != nullptr ? grid.layers.size() : 0);
   V2i stitch(-1, -1);
-  const auto enter_stitch = [&](const V2i& entered_stitch) {
-    stitch = entered_stitch;
-    for (std::size_t layer = 0; layer < to_shown.size(); ++layer) {
-      const V2i& away = grid.layers[layer];
-      const V2i shown = YarnMap::within(map->shown_upwards(stitch + away) - away, map->kinds);
-      const V2i way = (shown - stitch) * per_stitch;
-      to_shown[layer] = std::ptrdiff_t{1} * way.y * grid.count.x + way.x;
-    }
-  };
   const float overlap = yarn_slack * std::min(x.each, y.each);
   const float beyond = yarn_slack * (grid.max_z - grid.min_z);
   const auto cells_of_layer = std::ptrdiff_t{1} * grid.count.x * grid.count.y;
@@ -188,9 +179,15 @@ SELVEDGE_INLINE void walk(const Yarns::Grid& grid, const V2f& period, const Yarn
     const float left = std::min({x.next(), y.next(), ray.height});
     const float from = origin.z + direction.z * entered;
     const float to = origin.z + direction.z * left;
-    if (map != nullptr) {
-      const V2i at(x.cell / per_stitch.x, y.cell / per_stitch.y);
-      if (at != stitch) enter_stitch(at);
+    const V2i passed = map != nullptr ? V2i(x.cell / per_stitch.x, y.cell / per_stitch.y) : stitch;
+    if (passed != stitch) {
+      stitch = passed;
+      for (std::size_t layer = 0; layer < to_shown.size(); ++layer) {
+        const V2i& away = grid.layers[layer];
+        const V2i shown = YarnMap::within(map->shown_upwards(stitch + away) - away, map->kinds);
+        const V2i way = (shown - stitch) * per_stitch;
+        to_shown[layer] = std::ptrdiff_t{1} * way.y * grid.count.x + way.x;
+      }
     }
     auto number = std::ptrdiff_t{1} * y.cell * grid.count.x + x.cell;
     for (std::size_t layer = 0; layer < grid.layers.size(); ++layer, number += cells_of_layer) {

@@ -9,6 +9,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -293,7 +294,8 @@ class Yarns {
     std::array<std::array<float, yarn_block_size>, 3> start, axis;  ///< axis: unit, in the round section
     std::array<float, yarn_block_size> length, bounding_radius, radius, hair_threshold;  ///< likewise
     std::array<int, yarn_block_size> segment;
-    float min_z, max_z;     ///< mm, of what its segments reach
+    float min_z = std::numeric_limits<float>::max();  ///< mm, of what its segments reach
+    float max_z = std::numeric_limits<float>::lowest();
     float min_empty_width;  ///< mm; rays of at least this width meet none of them
     bool has_flat_segment;  ///< whether one of them is
     std::array<std::array<float, yarn_block_size>, 3> squeeze;
@@ -301,8 +303,8 @@ class Yarns {
   struct Cell {
     std::uint32_t first_block = 0;
     std::uint32_t block_count = 0;
-    float min_z = 0;  ///< mm, of what the cell's segments reach
-    float max_z = 0;
+    float min_z = std::numeric_limits<float>::max();  ///< mm, of what the cell's segments reach
+    float max_z = std::numeric_limits<float>::lowest();
   };
   /// Cells of the plane, each with the segments that a ray through it may meet.
   struct Grid {
