@@ -207,7 +207,7 @@ void LightSampler::add_yarn(const Yarns& yarns, double weight) {
   const V3d normal(point.strand_normal);
   const double brightness = weight * point.brightness;
   add(above, (1 - gloss) * mean(V3d(curve.albedo)) * brightness, CosineLobe{normal, 1});
-  // As Yarns::direct() has it.
+  // As Yarns::direct_reflectance() has it.
   const V3d fibre(point.fibre);
   V3d view(clamp_rise(view_));
   view = (view + normal * std::max(0.0, min_facing_cosine - normal.dot(view))).normalized();

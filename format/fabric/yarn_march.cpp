@@ -1,5 +1,5 @@
-// Rays against Yarns: a ray passes the cells one after another, of a map those of the stitches that it shows
-// around, and meets or misses the segments of a block at once.
+// Rays against Yarns: a ray passes the cells one after another, with a map also cells of stitches around it,
+// and meets or misses the segments of a block at once.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -167,7 +167,7 @@ SELVEDGE_INLINE void walk(const Yarns::Grid& grid, const V2f& period, const Yarn
   const V2i count = map != nullptr ? per_stitch * map->size : grid.count;
   CellAxis x(ray.origin.x, direction.x, grid.size.x, count.x);
   CellAxis y(ray.origin.y, direction.y, grid.size.y, count.y);
-  // Of each layer, the way from the ray's cell to the one of the stitch that a map shows there.
+  // Ways, by layer, from the ray's cell to the one of the stitch that a map shows there.
   std::vector<std::ptrdiff_t> to_shown(map != nullptr ? grid.layers.size() : 0);
   V2i stitch(-1, -1);
   const float overlap = yarn_slack * std::min(x.each, y.each);
