@@ -284,20 +284,26 @@ std::vector<int> stitches_of(const YarnMap& map, const V2f& period, const YarnCu
 }
 
 void append_stitches(const YarnData& data, std::size_t number, std::span<const V3f> nodes, const V2f& period,
-                     std::span<const Yarns::Segment> segments, std::vector<V2i>& stitches) {
+                     std::span<Yarns::Segment> segments, std::vector<V2i>& stitches) {
   const YarnMap& map = data.map;
   const YarnCurve& curve = data.curves[number];
   const int along = curve.repeat_offset.x == 0 ? 1 : 0;
   const int line = along == 0 ? map.kinds.y - 1 - map.lines[number] : map.lines[number];
   const std::vector<int> of_nodes = stitches_of(map, period, curve, nodes);
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    const Yarns::Segment& s = segments[i];
-    const bool is_in_line = !(s.hair_threshold > 0) && curve.repeat_offset != V2i(0, 0);
+    Yarns::Segment& s = segments[i];
+    const bool is_hair = s.hair_threshold > 0;
+    const bool is_in_line = !is_hair && curve.repeat_offset != V2i(0, 0);
     V2i& stitch = stitches.emplace_back();
     for (int axis = 0; axis < 2; ++axis) {
       const auto count = static_cast<float>(map.kinds[axis]);
       const float middle = (s.start[axis] + s.along[axis] / 2) / period[axis] * count;
       stitch[axis] = static_cast<int>(std::floor(middle));
+      if (is_hair) {
+        const float repeats = std::floor(middle / count);
+        stitch[axis] -= map.kinds[axis] * static_cast<int>(repeats);
+        s.start[axis] -= repeats * period[axis];
+      }
       if (!is_in_line) continue;
       // It may bulge over its line and its borders, by less than half the repeat.
       const int kind = axis == along ? of_nodes[i / curve.plies.divisions % nodes.size()] : line;

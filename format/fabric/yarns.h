@@ -387,9 +387,9 @@ void append_segments_with_hairs(const YarnCurve& curve, std::span<const V3f> nod
 std::vector<int> stitches_of(const YarnMap& map, const V2f& period, const YarnCurve& curve,
                              std::span<const V3f> nodes);
 /// Appends the stitches, columns and rows (upwards) of any repeat, that the segments and hairs of a curve
-/// belong to: where a map shows one, it shows them.
+/// belong to: where a map shows one, it shows them. Moves hairs into the first repeat.
 void append_stitches(const YarnData& data, std::size_t curve, std::span<const V3f> nodes, const V2f& period,
-                     std::span<const Yarns::Segment> segments, std::vector<V2i>& stitches);
+                     std::span<Yarns::Segment> segments, std::vector<V2i>& stitches);
 /// Hairs of a curve that has make_segments() `chain`.
 std::vector<YarnHair> make_hairs(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
                                  std::span<const Yarns::Segment> chain);
