@@ -134,7 +134,7 @@ export const memory_host = (files, said, progress) => ({
 /**
  * Runs the program, as run() of run.js. What yarns at rest look like the host may remember: keep(key, bytes), recall(key).
  * `entry`: 'preview' makes, in a fraction of the time, what looks about like the fabric that these words of `make` ask for; 'edit' and
- * 'recolour' from the fabric of --recolour, of nearly the same yarn, or the same in other colours.
+ * 'recolour' from the fabric of --recolour, of nearly the same yarn, or the same in other colours, 'tint' in these at once.
  */
 export function run_module(module, argv, host, codecs, entry = 'run') {
   try {

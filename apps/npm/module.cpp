@@ -228,12 +228,13 @@ std::optional<Fabric> last_fabric(const MakeCommand& command) {
 
 /// Writes the texels of the last fabric beneath yarn that differs from its yarn in some places; false: it
 /// differs in more.
-bool write_edited(const YarnCell& cell, Fabric fabric, const MakeCommand& command) {
+bool write_edited(const YarnCell& cell, const V2i& stitches, Fabric fabric, const MakeCommand& command) {
   const auto last = fabric.levels.front().yarns();
   YarnData yarns = cell.yarns;
-  LineLightOptions lines{.both_sides = fabric.find_side(Side::back) != nullptr, .direction_count = 32};
-  lines.spacing_radii = 1;
-  if (!relight_near_changes(yarns, V2f(cell.period), cell.wall_transmission, *last, lines)) return false;
+  const V2f period(cell.period);
+  if (!relight_near_changes(yarns, period, cell.wall_transmission, *last,
+                            {fabric.find_side(Side::back) != nullptr, 32, 1}, period / V2f(stitches)))
+    return false;
   fabric.thickness_mm = static_cast<float>(cell.thickness);
   fabric.levels.front().set_yarns(std::make_shared<const Yarns>(std::move(yarns), fabric.period_mm));
   value_or_throw(write_fabric(command.output, fabric, command.options.write));
@@ -269,7 +270,7 @@ void make_preview(MakeCommand command) {
     of_bake.views = of_bake.lights = 9;
   };
   const Cell cell = value_or_throw(find_cell(command.input, command.cell));
-  if (last && write_edited(*cell.yarn, *last, command)) return;
+  if (last && write_edited(*cell.yarn, cell.stitch->min_texels, *last, command)) return;
   Baked baked = value_or_throw(bake(cell.yarn.value(), command.input, of_bake, "{}", progress.callback()));
   const bool has_map = !baked.samples.yarns.map.empty();
   value_or_throw(write_fabric(command.output,
@@ -299,6 +300,19 @@ int make_by(const std::function<void(MakeCommand)>& make) {
     return {};
   };
   return catch_exceptions("", result) ? 0 : 1;
+}
+
+int recoloured(Recolouring recolouring) {
+  return make_by([recolouring](MakeCommand command) {
+    command.recolouring = recolouring;
+    // Only colours are taken of what is drawn.
+    default_relaxer = [](const StitchPattern& drawn, const RelaxOptions&) {
+      RelaxResult result{drawn};
+      for (Yarn& yarn : result.pattern.yarns) yarn.hairiness = 0;
+      return result;
+    };
+    make_file(command);
+  });
 }
 
 }  // namespace
@@ -351,12 +365,9 @@ extern "C" {
 /// The same from the fabric of --recolour, of nearly the same yarn.
 [[clang::export_name("edit")]] int selvedge_edit() { return make_by(make_edited); }
 /// The same of the same yarn in other colours.
-[[clang::export_name("recolour")]] int selvedge_recolour() {
-  return make_by([](MakeCommand command) {
-    command.is_rough = true;
-    make_file(command);
-  });
-}
+[[clang::export_name("recolour")]] int selvedge_recolour() { return recoloured(Recolouring::rough); }
+/// The same, at once and for a moment.
+[[clang::export_name("tint")]] int selvedge_tint() { return recoloured(Recolouring::yarn); }
 }
 
 }  // namespace selvedge

@@ -9,10 +9,10 @@
 
 #include "apps/selvedge/commands.h"
 #include "apps/selvedge/option_groups.h"
-#include "converter/make/recolour.h"
 #include "converter/stitch/chart.h"
 #include "converter/stitch/chart_stitches.h"
 #include "converter/stitch/text_fault.h"
+#include "converter/stitch/yarn_mesh.h"
 #include "format/base/atomic_file.h"
 #include "format/base/guard.h"
 #include "format/base/option_text.h"
@@ -336,16 +336,22 @@ MadeFabric recoloured(const MakeCommand& command) {
   const Stopwatch watch;
   const Fabric last = value_or_throw(read_fabric(command.recolour_path));
   CellOptions options = command.cell;
-  options.form = StitchForm::yarn;
+  const bool is_exact = command.recolouring == Recolouring::exact;
+  options.form = is_exact ? StitchForm::yarn : StitchForm::pattern;
   if (options.kinds.by == KindLimit::By::size && last.find_map() == nullptr) options.kinds = {};
   TerminalProgress relaxation("relax", command.common.quiet);
   options.progress = relaxation.callback();
-  const Cell cell = value_or_throw(find_cell(command.input, options));
+  Cell cell = value_or_throw(find_cell(command.input, options));
+  const auto& yarns = last.levels.front().yarns();
+  if (!is_exact && yarns && cell.stitch) {
+    cell.yarn = {V2d(yarns->period()), yarns->data(), {}, static_cast<double>(last.thickness_mm)};
+    if (!set_colours(cell.stitch->pattern, *cell.yarn)) cell.yarn.reset();
+  }
   if (!cell.yarn || !differs_only_in_colour(last, *cell.yarn))
     throw Failure{{Code::option_out_of_range, command.recolour_path, "--recolour",
                    "has other yarn than " + command.input + ", where only colours may differ"}};
   MadeFabric made;
-  Fabric& fabric = made.fit.fabric = recolour(last, *cell.yarn, command.is_rough);
+  Fabric& fabric = made.fit.fabric = recolour(last, *cell.yarn, command.recolouring);
   Json recipe = Json::parse(last.recipe);
   for (const char* name : {"set", "text"}) recipe.erase(name);
   recipe.update(

@@ -10,6 +10,7 @@
 #include "apps/common/report.h"
 #include "apps/common/run_key.h"
 #include "converter/make/make.h"
+#include "converter/make/recolour.h"
 #include "converter/stitch/find_cell.h"
 
 namespace selvedge {
@@ -28,7 +29,7 @@ struct MakeCommand {
   Json recipe = Json::object();  ///< options that the fabric depends on, as given
   std::string samples_path;      ///< file to keep them in; empty: none
   std::string recolour_path;     ///< a fabric of the same yarn in other colours; empty: none
-  bool is_rough = false;         ///< recolours in a fraction of the time (recolour())
+  Recolouring recolouring = Recolouring::exact;
   std::string list_path;         ///< file with the words of a make on each line; empty: a single fabric
   std::optional<int> list_line;  ///< of the list, from 1; default: all
   RunKey key;

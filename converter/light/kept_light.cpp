@@ -8,6 +8,11 @@ namespace {
 
 /// Yarn that lies closer to its former place, in radii, is where it was.
 constexpr float same_place = 0.3F;
+/// Yarn that lies so, some stitches away, lies alike; and the least alike from which light is borrowed.
+constexpr float alike_place = 0.6F;
+constexpr float least_alike = 2;
+/// Stitches along a side of the field from which light is borrowed.
+constexpr int field_stitches = 21;
 /// Radii about a change in which light is another, and from where it comes.
 constexpr float changed_radii = 6;
 constexpr float lit_radii = 14;
@@ -18,7 +23,10 @@ struct Place {
   std::size_t number, next;  ///< among all stations: of this one and of the next of its curve
 };
 
-std::vector<Place> places_of(const Yarns& yarns) {
+std::vector<Place> places_of(const YarnData& data, const V2f& period) {
+  YarnData bare{data.curves, data.nodes, {}, {}};
+  for (YarnCurve& curve : bare.curves) curve.hairs = {};
+  const Yarns yarns(std::move(bare), period);
   std::vector<Place> places;
   const auto& curves = yarns.data().curves;
   for (int c = 0; c < static_cast<int>(curves.size()); ++c) {
@@ -103,14 +111,18 @@ void add_turned(const float* from, const Place& place, const YarnFrame& frame, b
 }  // namespace
 
 bool relight_near_changes(YarnData& data, const V2f& period, std::span<const V3f> through, const Yarns& last,
-                          LineLightOptions options) {
+                          LineLightOptions options, const V2f& stitch) {
   if (period != last.period()) return false;
   const auto values = static_cast<std::size_t>(light_values_per_station);
-  YarnData bare = data;
-  for (YarnCurve& curve : bare.curves) curve.hairs = {};
-  bare.station_light.assign(counts_of(bare).stations * values, 0);
-  const std::vector<Place> places = places_of(Yarns(std::move(bare), period));
-  const std::vector<Place> before = places_of(last);
+  const bool borrows = stitch != V2f(0);
+  const std::vector<Place> places = places_of(data, period);
+  const std::vector<Place> before = places_of(last.data(), period);
+  std::vector<V3f> steps{V3f(0)};
+  for (int i = 0; borrows && i < field_stitches * field_stitches; ++i)
+    steps.emplace_back(stitch.x * static_cast<float>(i % field_stitches - field_stitches / 2),
+                       stitch.y * static_cast<float>(i / field_stitches - field_stitches / 2), 0);
+  std::stable_sort(steps.begin(), steps.end(),
+                   [](const V3f& a, const V3f& b) { return a.length2() < b.length2(); });
   float thickest = 0;
   for (const YarnCurve& curve : data.curves) thickest = std::max(thickest, curve.radius);
   float spacing = thickest;
@@ -127,24 +139,29 @@ bool relight_near_changes(YarnData& data, const V2f& period, std::span<const V3f
   std::vector<float> kept_through(options.both_sides ? kept.size() : 0, 0);
   for (const Place& place : places) {
     const YarnCurve& curve = data.curves[place.curve];
-    float nearest = same_place * curve.radius;
+    const float same = same_place * curve.radius;
+    float nearest = borrows ? least_alike * curve.radius : same;
     float fraction = 0;
     const Place* found = nullptr;
-    buckets.for_each_near(place.frame.position, [&](const V3f& point, std::size_t number) {
-      const Place& other = before[number];
-      const YarnCurve& of_other = last.data().curves[other.curve];
-      if (of_other.albedo != curve.albedo || of_other.radius != curve.radius ||
-          other.frame.tangent.dot(place.frame.tangent) < 0.5F)
-        return;
-      const V3f d = buckets.way(point, place.frame.position);
-      const V3f on = buckets.way(point, before[other.next].frame.position);
-      const float f = std::clamp(d.dot(on) / std::max(on.length2(), 1e-12F), 0.0F, 1.0F);
-      const float distance = (d - on * f).length();
-      if (distance >= nearest) return;
-      nearest = distance;
-      fraction = f;
-      found = &other;
-    });
+    for (const V3f& step : steps) {
+      const V3f at = place.frame.position + step;
+      buckets.for_each_near(at, [&](const V3f& point, std::size_t number) {
+        const Place& other = before[number];
+        const YarnCurve& of_other = last.data().curves[other.curve];
+        if (of_other.albedo != curve.albedo || of_other.radius != curve.radius ||
+            other.frame.tangent.dot(place.frame.tangent) < 0.5F)
+          return;
+        const V3f d = buckets.way(point, at);
+        const V3f on = buckets.way(point, before[other.next].frame.position);
+        const float f = std::clamp(d.dot(on) / std::max(on.length2(), 1e-12F), 0.0F, 1.0F);
+        const float distance = (d - on * f).length();
+        if (distance >= nearest) return;
+        nearest = distance;
+        fraction = f;
+        found = &other;
+      });
+      if (nearest < (step == V3f(0) ? same : alike_place * curve.radius)) break;
+    }
     if (found == nullptr) {
       changed.add(place.frame.position, ++changes);
       continue;
@@ -160,6 +177,11 @@ bool relight_near_changes(YarnData& data, const V2f& period, std::span<const V3f
     }
   }
   if (changes > places.size() / 2) return false;
+  if (borrows && changes == 0) {
+    data.station_light = std::move(kept);
+    data.light_through = std::move(kept_through);
+    return true;
+  }
   for (const Place& place : before)
     if (is_left[place.number]) changed.add(place.frame.position, ++changes);
   options.is_followed = [&](const V3f& point) { return changed.has_within(point, lit_radii * thickest); };

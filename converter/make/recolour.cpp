@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "converter/bake/bake.h"
@@ -25,12 +26,13 @@ namespace {
 /// Views that are sampled: every so many of a grid, so that they lie in all rows and columns of it.
 constexpr int sampled_views = 8;
 constexpr int sampled_pairs = 48;
+/// Roughly: pairs, and lights of which one is sampled, whose shadows take most of the time.
 constexpr int sampled_roughly = 12;
+constexpr int lights_of_one = 3;
 
-/// Samples of new yarn from some views of a side, under all lights of its grid.
+/// Samples of new yarn from some views of a side, under some lights of its grid.
 struct SomeViews {
-  std::vector<int> views;   ///< of the grid
-  std::vector<V3f> lights;  ///< of the side
+  std::vector<int> views, lights;  ///< of the grids
   SampleLevel level;
 };
 
@@ -41,11 +43,14 @@ DirectionPair directions_of(Side side, const DirectionPair& pair) {
           behind ? mirrored(pair.view) : pair.view};
 }
 
-SomeViews sample_some(const YarnSampler& sampler, const Fabric& side) {
+SomeViews sample_some(const YarnSampler& sampler, const Fabric& side, int light_step) {
   SomeViews some;
-  some.lights = cell_directions(side.lights);
   std::vector<V3f> lights;
-  for (const V3f& light : some.lights) lights.push_back(directions_of(side.side, {light, light}).light);
+  for (int l = light_step / 2; l < side.lights.count(); l += light_step) {
+    const V3f light = cell_direction(side.lights, l);
+    some.lights.push_back(l);
+    lights.push_back(directions_of(side.side, {light, light}).light);
+  }
   const int step = std::max(1, side.views.count() / sampled_views + 1);
   for (int v = step / 2; v < side.views.count(); v += step) {
     some.views.push_back(v);
@@ -102,18 +107,21 @@ void scale_lobes(FabricLevel& level, const Fabric& side, const std::vector<Direc
   }
 }
 
-/// Fits the functions of the light that the products of all levels share by least squares.
+/// Fits the functions of the light that the products of all levels share by least squares; under lights that
+/// were not sampled they change as under those about them.
 void refit_light(Fabric& side, const SomeViews& some, const std::vector<SampleLevel>& samples) {
   const auto shared = shared_bases(side);
   if (!shared) return;
   const std::size_t lights = some.lights.size();
-  const auto functions = static_cast<Eigen::Index>(shared->light.size() / lights);
+  const std::vector<V3f> all = cell_directions(side.lights);
+  const auto functions = static_cast<Eigen::Index>(shared->light.size() / all.size());
   const auto values = static_cast<Eigen::Index>(3 * lights);
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(functions, functions);
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(functions, values);
   Eigen::MatrixXd light(functions, values);
   for (Eigen::Index k = 0; k < light.size(); ++k)
-    light(k / values, k % values) = static_cast<double>(shared->light[k / 3][static_cast<int>(k % 3)]);
+    light(k / values, k % values) = static_cast<double>(
+        shared->light[k / values * all.size() + some.lights[k % values / 3]][static_cast<int>(k % 3)]);
   for (std::size_t k = 0; k < side.levels.size(); ++k) {
     const FabricLevel& level = side.levels[k];
     if (!level.has(LayerKind::products) || level.has(LayerKind::lobes)) continue;
@@ -133,29 +141,34 @@ void refit_light(Fabric& side, const SomeViews& some, const std::vector<SampleLe
       for (Eigen::Index l = 0; l < values; ++l)
         seen[l] =
             alpha * static_cast<double>(samples[k].radiance[i * lights + l / 3][static_cast<int>(l % 3)] /
-                                        some.lights[l / 3].z / side.radiance_scale);
+                                        all[some.lights[l / 3]].z / side.radiance_scale);
       normal.noalias() += weight * row * row.transpose();
       right.noalias() += weight * row * seen;
     }
   }
   right -= normal * light;
   normal.diagonal().array() += 1e-4 * normal.trace() / static_cast<double>(functions);
-  light += normal.ldlt().solve(right);
+  const Eigen::MatrixXd change = normal.ldlt().solve(right);
   auto bases = std::make_shared<ProductBases>(*shared);
-  for (Eigen::Index k = 0; k < light.size(); ++k)
-    bases->light[k / 3][static_cast<int>(k % 3)] = static_cast<float>(light(k / values, k % values));
+  for (std::size_t i = 0; i < bases->light.size(); ++i) {
+    V3d sum(0);
+    double weights = 0;
+    for (std::size_t k = 0; k < lights; ++k) {
+      const double away = static_cast<double>((all[i % all.size()] - all[some.lights[k]]).length2());
+      const double weight = 1 / (1e-20 + away * away);
+      for (int c = 0; c < 3; ++c) sum[c] += weight * change(i / all.size(), 3 * k + c);
+      weights += weight;
+    }
+    bases->light[i] += V3f(sum / weights);
+  }
   for (FabricLevel& level : side.levels)
     if (level.bases) level.bases = bases;
 }
 
-/// Gives the products the mean over a repeat, between the directions of the grids.
-void match_means(Fabric& side, const std::vector<DirectionPair>& pairs, const LevelTruth& truth) {
+/// Scales the products from what they show to what is wanted.
+void scale_light(Fabric& side, const std::array<V3d, 2>& sums) {
   const auto shared = shared_bases(side);
-  if (!shared || !side.levels.back().has(LayerKind::products)) return;
-  // The coarsest level of a map has all stitches.
-  std::array<V3d, 2> sums{V3d(0), V3d(0)};
-  for (int t = 0; t < side.levels.back().texels(); ++t)
-    add_texel(side.levels.back(), side, t, pairs, truth, sums);
+  if (!shared) return;
   const auto& [shown, wanted] = sums;
   // As fine as a fit's (texel_basis()), of cloth that is as bright.
   float largest = 0;
@@ -171,8 +184,18 @@ void match_means(Fabric& side, const std::vector<DirectionPair>& pairs, const Le
     if (level.bases) level.bases = bases;
 }
 
-void recolour_texels(Fabric& side, const YarnSampler& sampler, int pair_count) {
-  const SomeViews some = sample_some(sampler, side);
+/// Gives the products the mean over a repeat, between the directions of the grids.
+void match_means(Fabric& side, const std::vector<DirectionPair>& pairs, const LevelTruth& truth) {
+  // The coarsest level of a map has all stitches.
+  const FabricLevel& coarsest = side.levels.back();
+  std::array<V3d, 2> sums{V3d(0), V3d(0)};
+  for (int t = 0; t < coarsest.texels(); ++t) add_texel(coarsest, side, t, pairs, truth, sums);
+  if (coarsest.has(LayerKind::products)) scale_light(side, sums);
+}
+
+void recolour_texels(Fabric& side, const YarnSampler& sampler, bool is_rough) {
+  const SomeViews some = sample_some(sampler, side, is_rough ? lights_of_one : 1);
+  const int pair_count = is_rough ? sampled_roughly : sampled_pairs;
   const auto pairs = random_direction_pairs(pair_count, min_pair_z, 1);
   const int points = points_per_texel(side.texels(), 0);
   const std::size_t texels = some.level.texels();
@@ -222,7 +245,8 @@ bool differs_only_in_colour(const Fabric& fabric, const YarnCell& cell) {
                             [&](const V3f& a, const V3f& b) { return a.equalWithAbsError(b, tolerance); });
 }
 
-Fabric recolour(const Fabric& fabric, const YarnCell& cell, bool is_rough) {
+Fabric recolour(const Fabric& fabric, const YarnCell& cell, Recolouring recolouring) {
+  const bool is_rough = recolouring != Recolouring::exact;
   Fabric result = fabric;
   const bool both = fabric.find_side(Side::back) != nullptr;
   const Yarns& last = *fabric.levels.front().yarns();
@@ -237,18 +261,28 @@ Fabric recolour(const Fabric& fabric, const YarnCell& cell, bool is_rough) {
   else
     compute_light_in_bands(yarns, last.period(), cell.wall_transmission, {both});
   YarnData sampled = yarns;
-  for (YarnCurve& curve : sampled.curves) {
-    if (!is_rough) break;
+  std::array<V3d, 2> albedos{V3d(0), V3d(0)};
+  for (std::size_t c = 0; c < sampled.curves.size() && is_rough; ++c) {
+    YarnCurve& curve = sampled.curves[c];
     curve.plies.divisions = 1;
     curve.hairs = {};
+    albedos[0] += V3d(last.data().curves[c].albedo) * curve.stations;
+    albedos[1] += V3d(curve.albedo) * curve.stations;
   }
-  const YarnSampler sampler(std::move(sampled), cell, fabric.reference_height, fabric.texels(), both);
-  const int pair_count = is_rough ? sampled_roughly : sampled_pairs;
-  recolour_texels(result, sampler, pair_count);
+  std::optional<YarnSampler> sampler;
+  if (recolouring != Recolouring::yarn)
+    sampler.emplace(std::move(sampled), cell, fabric.reference_height, fabric.texels(), both);
+  const auto change = [&](Fabric& side) {
+    if (sampler)
+      recolour_texels(side, *sampler, is_rough);
+    else
+      scale_light(side, albedos);
+  };
+  change(result);
   for (auto& other : result.sides) {
     if (!other) continue;
     Fabric side = *other;
-    recolour_texels(side, sampler, pair_count);
+    change(side);
     other = std::make_shared<const Fabric>(std::move(side));
   }
   if (!is_rough) {

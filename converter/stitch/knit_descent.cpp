@@ -11,8 +11,9 @@ namespace {
 
 /// Fraction of their radius that yarns begin with, as drawn.
 constexpr double start_fraction = 0.13;
-/// Stages in which yarn grows or swells and the repeat moves, and steps of each.
-constexpr int stages = 8;
+/// Stages in which yarn grows or swells and the repeat moves, of an edit fewer, and steps of each.
+constexpr int all_stages = 8;
+constexpr int edit_stages = 2;
 constexpr int stage_steps = 6;
 /// While pressed, soft sections are fitted to their contacts every so many steps; and such steps for each
 /// step of rest.
@@ -64,6 +65,7 @@ void KnitCloth::rest(const ClothGoal& goal) {
     height_ = pressed_height_fraction * height;
     flat_stiffness_ = pressing_stiffness;
   }
+  const int stages = active_.empty() ? all_stages : edit_stages;
   for (int stage = 1; stage <= stages; ++stage) {
     const double part = 1.0 * stage / stages;
     if (goal.grows) grown_ = start_fraction + (1 - start_fraction) * part;

@@ -25,7 +25,7 @@ constexpr double max_radius = 0.35;
 constexpr int free_steps = 200;
 constexpr int gauge_steps = 45;
 constexpr int rough_steps = 20;
-constexpr int edit_steps = 60;
+constexpr int edit_steps = 6;
 /// Progress after the first of both.
 constexpr double free_part = 0.6;
 
@@ -126,19 +126,12 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
   straight.rest({.grows = true});
   std::vector<double> curvature = straight.curvature();
   for (double& c : curvature) c *= set_bend;
-  KnitCloth first(plain_knit, options.gap_radii, curvature);
-  first.rest({.grows = true, .is_free = true});
-  // Once more from there, as the cloth will: it is measured along the same way.
-  const V2d begin = first.period() / gauge;
-  KnitCloth plain(plain_knit, options.gap_radii, curvature);
-  plain.rest({.grows = true, .is_free = true, .period_mm = gauge * begin, .float_factor = begin.x});
-
   DrawnKnit knit{std::move(drawn), options.parts};
   if (options.last != nullptr) {
     KnitCloth edited(knit, options.gap_radii, curvature);
     if (edited.edit(knit, *options.last, gauge)) {
       edited.rest({.grows = true, .max_steps = edit_steps});
-      edited.rest({.presses = true, .max_steps = gauge_steps});
+      edited.rest({.presses = true, .max_steps = edit_steps});
       edited.give(knit);
       RelaxResult rested = options.last->relaxed;
       take(edited, std::move(knit), rested);
@@ -146,6 +139,12 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
       return rested;
     }
   }
+  KnitCloth first(plain_knit, options.gap_radii, curvature);
+  first.rest({.grows = true, .is_free = true});
+  // Once more from there, as the cloth will: it is measured along the same way.
+  const V2d begin = first.period() / gauge;
+  KnitCloth plain(plain_knit, options.gap_radii, curvature);
+  plain.rest({.grows = true, .is_free = true, .period_mm = gauge * begin, .float_factor = begin.x});
   KnitCloth cloth(knit, options.gap_radii, curvature);
   if (options.free_part < 1) cloth.find_kinds();  // a sampler's, which stand for many
   const auto tell = [&](double from, double to, int steps) {

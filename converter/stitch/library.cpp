@@ -245,14 +245,15 @@ void set_seed(const StitchValues& values, const std::string& name, StitchPattern
 }
 
 /// Lays the repeats that a cell is to hold; refuses more yarn than a pattern may have.
-void lay_repeats(const StitchValues& values, const std::string& name, FoundStitch& found) {
+void lay_repeats(const StitchValues& values, const std::string& name, FoundStitch& found,
+                 bool is_rough = false) {
   found.repeats = static_cast<int>(values.number("repeats"));
   found.pattern = repeat_pattern(found.pattern, found.repeats);
   found.min_texels *= found.repeats;
   value_or_throw(validate(found.pattern, name));
   double hairs = 0;
   for (const Yarn& yarn : found.pattern.yarns) hairs += expected_hairs(yarn);
-  if (const double kept = cut_hairs(found.pattern); kept < 1)
+  if (const double kept = cut_hairs(found.pattern, is_rough); kept < 1)
     found.remarks.push_back(
         fmt::format("{:.0f} hairs a repeat are too many: {:.0f} % are kept", hairs, 100 * kept));
 }
@@ -437,7 +438,7 @@ Result<FoundStitch> relaxed(const BuiltIn& stitch, StitchSettings settings, cons
       yarn.hair_mm = std::min(yarn.hair_mm, 0.99 * shorter_period(found.pattern) / max_hair_length_ratio);
   }
   value_or_throw(validate(found.pattern, stitch.info.name));
-  lay_repeats(values, stitch.info.name, found);
+  lay_repeats(values, stitch.info.name, found, result.is_edit);
   found.stitch_count = stitch.stitch_count * result.lean_repeats * found.repeats * found.repeats;
   found.wales = stitch.wales * found.repeats;
   return found;

@@ -239,6 +239,11 @@ int chains_of_plies(const Yarn& yarn) {
   return yarn.plies == 1 ? 1 : std::gcd(ply_twist_of(yarn).ply_shift, yarn.plies);
 }
 
+/// Albedo for the light that falls on it; light through the wall is part of its indirect light.
+V3f surface_albedo(const Yarn& yarn) {
+  return V3f(ply_wall_albedo(V3d(yarn.albedo), yarn.transmission) * (1 - yarn.transmission));
+}
+
 bool is_varied(const StitchPattern& pattern) {
   return std::ranges::any_of(pattern.yarns, [](const Yarn& yarn) {
     return yarn.fibre_kind != 0 || yarn.irregularity > 0 || yarn.hairiness > 0;
@@ -382,8 +387,7 @@ YarnData chains_of(const StitchPattern& pattern, const YarnChainOptions& options
     curve.squeezes.resize(yarn.squeezes.empty() ? 0 : 1);
     curve.repeat_offset = chain_periods(yarn, pattern.period_mm);
     curve.radius = static_cast<float>(yarn.radius_mm);
-    // Albedo for the light that falls on it; light through the wall is part of its indirect light.
-    curve.albedo = V3f(ply_wall_albedo(V3d(yarn.albedo), yarn.transmission) * (1 - yarn.transmission));
+    curve.albedo = surface_albedo(yarn);
     curve.gloss = yarn.gloss;
     const double around = 2 * std::numbers::pi * yarn.radius_mm;
     curve.fibre_slope =
@@ -445,7 +449,7 @@ double expected_hairs(const Yarn& yarn) {
   return yarn.hairiness * polygon_length(yarn.segments) / (mean * yarn.hair_mm);
 }
 
-double cut_hairs(StitchPattern& pattern) {
+double cut_hairs(StitchPattern& pattern, bool is_rough) {
   // Hairs that any file holds, and those that it holds beside any yarn.
   constexpr double max_hairs_alone = 1 << 16;
   constexpr double max_hairs_beside_much = 1 << 15;
@@ -457,7 +461,8 @@ double cut_hairs(StitchPattern& pattern) {
     kept = room;
   };
   if (kept > max_hairs_alone) cut_to(max_hairs_alone);
-  if (kept > max_hairs_beside_much && times_too_large(usual_chains(pattern, {}), V2f(pattern.period_mm)) > 1)
+  if (kept > max_hairs_beside_much &&
+      (is_rough || times_too_large(usual_chains(pattern, {}), V2f(pattern.period_mm)) > 1))
     cut_to(max_hairs_beside_much);
   return hairs > 0 ? kept / hairs : 1;
 }
@@ -492,16 +497,24 @@ Result<YarnCell> yarn_cell_of(const StitchPattern& pattern) {
     value_or_throw(validate(pattern, pattern.name));
     YarnCell cell{
         pattern.period_mm, stranded(pattern, value_or_throw(lay_plies(pattern, pattern.name))), {}, 0};
-    for (const Yarn& yarn : pattern.yarns) {
-      const int chains =
-          cell.yarns.curves[cell.wall_transmission.size()].plies.count > 1 ? 1 : chains_of_plies(yarn);
-      const double t = yarn.transmission;
-      cell.wall_transmission.insert(cell.wall_transmission.end(), chains,
-                                    V3f(ply_wall_albedo(V3d(yarn.albedo), t) * t));
-    }
+    set_colours(pattern, cell);
     move_to_ground(cell);
     return cell;
   });
+}
+
+bool set_colours(const StitchPattern& pattern, YarnCell& cell) {
+  auto& curves = cell.yarns.curves;
+  for (const Yarn& yarn : pattern.yarns) {
+    const std::size_t first = cell.wall_transmission.size();
+    if (first >= curves.size()) return false;
+    const double t = yarn.transmission;
+    cell.wall_transmission.resize(first + (curves[first].plies.count > 1 ? 1 : chains_of_plies(yarn)),
+                                  V3f(ply_wall_albedo(V3d(yarn.albedo), t) * t));
+    for (std::size_t c = first; c < std::min(cell.wall_transmission.size(), curves.size()); ++c)
+      curves[c].albedo = surface_albedo(yarn);
+  }
+  return cell.wall_transmission.size() == curves.size();
 }
 
 Result<CellMesh> mesh_stitch(const StitchPattern& described, bool has_yarns) {

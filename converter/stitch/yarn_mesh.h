@@ -21,6 +21,8 @@ Result<CellMesh> mesh_stitch(const StitchPattern& pattern, bool has_yarns = true
 
 /// The yarns alone, with their strands and hairs. Refuses what mesh_stitch() does.
 Result<YarnCell> yarn_cell_of(const StitchPattern& pattern);
+/// Gives a cell's curves, and their walls, the colours of the pattern's yarns; false: it has other curves.
+bool set_colours(const StitchPattern& pattern, YarnCell& cell);
 
 /// The yarns as a fabric file holds them: curves, nodes and counts of stations (append_chain()); no light
 /// yet. Heights are the pattern's own. Yarns of several plies are one curve, or one a ply where the plies
@@ -32,7 +34,8 @@ Result<YarnData> yarn_curves_of(const StitchPattern& pattern, const YarnChainOpt
 
 /// Hairs that the yarn's hairiness asks for.
 double expected_hairs(const Yarn& yarn);
-/// Takes away hairs that a file has no room for; returns the fraction that is kept. Throws Failure.
-double cut_hairs(StitchPattern& pattern);
+/// Takes away hairs that a file has no room for, roughly more; returns the fraction that is kept. Throws
+/// Failure.
+double cut_hairs(StitchPattern& pattern, bool is_rough = false);
 
 }  // namespace selvedge

@@ -173,7 +173,9 @@ struct FabricParts {
     auto& attributes = result.parts.front().attributes;
     attributes[names::attribute_fabric] = text;
     attributes[names::attribute_digest] = digest;
-    result.preview = preview_of(as_stored(fabric.levels.front(), options.half_layers), fabric);
+    FabricLevel texels = fabric.levels.front();
+    texels.set_yarns(nullptr);
+    result.preview = preview_of(as_stored(std::move(texels), options.half_layers), fabric);
     return result;
   }
   ExrPixels pixels(int part, int level) const {

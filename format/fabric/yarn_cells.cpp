@@ -147,9 +147,10 @@ double yarn_memory_bytes(const YarnData& data, const V2f& period) {
 }
 
 Yarns::Grid Yarns::placed_in_cells() const {
+  const Geometry all = geometry();
   double radius = 0;  // mean over the segments but hairs
   double count = 0;
-  for (const Segment& s : segments_) {
+  for (const Segment& s : all.segments) {
     if (s.hair_threshold > 0) continue;
     // As yarn_memory_bytes() has it: of flat yarn, the radius of a round one with the same area.
     radius += std::sqrt(static_cast<double>(s.radius) * static_cast<double>(s.half_width(s.radius)));
@@ -159,17 +160,17 @@ Yarns::Grid Yarns::placed_in_cells() const {
   const CellSizes sizes = sizes_of(radius, period_, data_.map);
   const V2d period(period_);
   const V2i& cells = sizes.cells;
-  Grid grid{low_, high_, cells, period_ / V2f(cells), {}, {}, {}};
+  Grid grid{all.min_z, all.max_z, cells, period_ / V2f(cells), {}, {}, {}};
 
   // By the ways from the cells' stitches of a map to the segments'.
   std::map<std::pair<int, int>, std::vector<std::vector<Copy>>> layers;
-  for (std::size_t i = 0; i < segments_.size(); ++i) {
-    for_each_cell(segments_[i], sizes, [&](int x, int y) {
+  for (std::size_t i = 0; i < all.segments.size(); ++i) {
+    for_each_cell(all.segments[i], sizes, [&](int x, int y) {
       const V2i& kinds = data_.map.kinds;
       const V2i cell = YarnMap::within({x, y}, cells);
       const V2i repeat = (V2i(x, y) - cell) / cells;
       const V2i stitch = repeat * kinds + cell / (cells / kinds);
-      const V2i away = stitches_.empty() ? V2i(0, 0) : stitches_[i] - stitch;
+      const V2i away = all.stitches.empty() ? V2i(0, 0) : all.stitches[i] - stitch;
       auto& lists = layers[{away.x, away.y}];
       lists.resize(std::size_t{1} * cells.x * cells.y);
       lists[std::size_t{1} * cell.y * cells.x + cell.x].push_back(
@@ -188,7 +189,7 @@ Yarns::Grid Yarns::placed_in_cells() const {
       // Blocks of a few heights each, the highest first, and of hairs that vanish together: rays pass many of
       // them by.
       std::ranges::stable_sort(list, {}, [&](const Copy& c) {
-        const Segment& s = segments_[c.segment];
+        const Segment& s = all.segments[c.segment];
         return std::pair(s.hair_threshold > 0 ? std::max(-3, std::ilogb(s.hair_threshold)) : -4,
                          -2 * s.start.z - s.along.z);
       });
@@ -197,7 +198,7 @@ Yarns::Grid Yarns::placed_in_cells() const {
                        (static_cast<double>(k / cells.x) + 0.5) * sizes.cell.y);
       for (std::size_t i = 0; i < list.size(); ++i) {
         Block& block = i % yarn_block_size == 0 ? grid.blocks.emplace_back() : grid.blocks.back();
-        put(segments_[list[i].segment], list[i], middle, i % yarn_block_size, block);
+        put(all.segments[list[i].segment], list[i], middle, i % yarn_block_size, block);
         placed.min_z = std::min(placed.min_z, block.min_z);
         placed.max_z = std::max(placed.max_z, block.max_z);
       }

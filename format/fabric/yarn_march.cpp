@@ -234,23 +234,24 @@ Ray ray_of(const V2d& through, float height, const V3f& direction, float sign, c
 std::optional<YarnHit> Yarns::trace(const V2d& uv, float plane, const V3f& view, float width) const {
   static const auto walk_all = walk_for_this_processor();
   // From a little higher: a ray that begins on a yarn does not enter it.
-  const float above = high_ + (high_ - low_) / 256;
+  const Grid& cells = grid();
+  const float above = cells.max_z + (cells.max_z - cells.min_z) / 256;
   const double rise = (static_cast<double>(above) - static_cast<double>(plane)) /
                       static_cast<double>(std::max(view.z, min_ray_rise));
   const V2d all(repeat());
   const V2d through =
       uv * V2d(all.x, -all.y) + V2d(static_cast<double>(view.x), static_cast<double>(view.y)) * rise;
   Ray ray = ray_of(through, above, view, -1, V2f(all));
-  ray.height = above - low_;
+  ray.height = above - cells.min_z;
   ray.width = width;
   Met met;
-  walk_all(grid(), V2f(all), data_.map.empty() ? nullptr : &data_.map, ray, false, met);
+  walk_all(cells, V2f(all), data_.map.empty() ? nullptr : &data_.map, ray, false, met);
   if (met.segment < 0) return std::nullopt;
   YarnHit hit{met.segment, met.from_start};
   const V2f stitch = period_ / V2f(data_.map.kinds);
   for (int axis = 0; axis < 2 && !data_.map.empty(); ++axis) {
     const float moved = ray.origin[axis] + ray.direction[axis] * met.height - met.from_start[axis] -
-                        segments_[met.segment].start[axis];
+                        derived_->segments[met.segment].start[axis];
     hit.map_shift[axis] = std::round(moved / stitch[axis]) * stitch[axis];
   }
   return hit;
@@ -260,14 +261,15 @@ bool Yarns::is_occluded(const V3f& from, const V3f& light, const YarnMap* map) c
   static const auto walk_all = walk_for_this_processor();
   const V2f all = map != nullptr ? repeat() : period_;
   Ray ray = ray_of(V2d(V2f(from.x, from.y)), from.z, light, 1, all);
-  ray.height = std::max(0.0F, high_ - from.z);
+  const Grid& cells = grid();
+  ray.height = std::max(0.0F, cells.max_z - from.z);
   Met met;
-  walk_all(grid(), all, map, ray, true, met);
+  walk_all(cells, all, map, ray, true, met);
   return met.segment >= 0;
 }
 
 bool Yarns::is_occluded(const YarnHit& hit, const YarnPoint& point, const V3f& light) const {
-  const Segment& s = segments_[hit.segment];
+  const Segment& s = derived_->segments[hit.segment];
   const V3f shift(hit.map_shift.x, hit.map_shift.y, 0);
   return is_occluded(s.start + hit.start_offset + point.normal * (surface_offset_radii * s.radius) + shift,
                      light, data_.map.empty() ? nullptr : &data_.map);

@@ -313,31 +313,29 @@ void append_stitches(const YarnData& data, std::size_t number, std::span<const V
   }
 }
 
-void Yarns::derive_segments() {
-  low_ = std::numeric_limits<float>::max();
-  high_ = std::numeric_limits<float>::lowest();
-  int station = 0;
+void Yarns::derive_segments() const {
+  Derived& all = *derived_;
+  all.low = std::numeric_limits<float>::max();
+  all.high = std::numeric_limits<float>::lowest();
   std::size_t count = 0;
   for (const YarnCurve& curve : data_.curves)
     count += segment_count(curve) + std::size_t{hair_point_count - 1} * std::abs(curve.hairs.count);
-  segments_.reserve(count);
+  all.segments.reserve(count);
   for_each_curve(data_, [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> nodes) {
-    const std::size_t first = segments_.size();
-    first_segment_.push_back(static_cast<int>(first));
-    append_segments_with_hairs(curve, nodes, period_, segments_);
-    const auto own = std::span(segments_).subspan(first);
-    if (!data_.map.empty()) append_stitches(data_, c, nodes, period_, own, stitches_);
+    const std::size_t first = all.segments.size();
+    all.first_segment.push_back(static_cast<int>(first));
+    append_segments_with_hairs(curve, nodes, period_, all.segments);
+    const auto own = std::span(all.segments).subspan(first);
+    if (!data_.map.empty()) append_stitches(data_, c, nodes, period_, own, all.stitches);
     for (Segment& s : own) {
       s.curve = static_cast<int>(c);
       // Chains end where others begin, hairs do not.
       const float to = s.hair_threshold > 0 ? s.start.z + s.along.z : s.start.z;
-      low_ = std::min(low_, std::min(s.start.z, to) - s.half_height());
-      high_ = std::max(high_, std::max(s.start.z, to) + s.half_height());
+      all.low = std::min(all.low, std::min(s.start.z, to) - s.half_height());
+      all.high = std::max(all.high, std::max(s.start.z, to) + s.half_height());
     }
     const bool sideways = angles_from_x_axis(curve, nodes, period_);
-    strand_sense_.push_back(curve.strands.count >= 0 ? V2f(1, 1) : sideways ? V2f(1, -1) : V2f(-1, 1));
-    first_station_.push_back(station);
-    station += curve.stations;
+    all.strand_sense.push_back(curve.strands.count >= 0 ? V2f(1, 1) : sideways ? V2f(1, -1) : V2f(-1, 1));
   });
 }
 
@@ -345,7 +343,7 @@ YarnFrame Yarns::frame_at(int curve, int station, int ply) const {
   const auto at = static_cast<float>(station);
   const YarnPlies& plies = data_.curves[curve].plies;
   const int count = data_.curves[curve].nodes * plies.divisions;
-  const Segment* const first = &segments_[first_segment_[curve] + ply * count];
+  const Segment* const first = &geometry().segments[derived_->first_segment[curve] + ply * count];
   const auto i = std::partition_point(first + 1, first + count,
                                       [&](const Segment& s) { return s.start_station <= at; }) -
                  first - 1;

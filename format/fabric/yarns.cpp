@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "format/fabric/directions.h"
 #include "format/fabric/lifted.h"
@@ -103,9 +104,18 @@ Result<void> check_segments(const YarnData& data, const V2f& period) {
       return 2 * radius * (length + count * radius);
     };
     double length = 0;
-    for (const Yarns::Segment& s : make_segments(curve, own, period)) {
-      length += static_cast<double>(s.along.length());
-      if (s.along.length() >= 1e-3F * s.radius) continue;
+    bool is_short = false;
+    (void)holds_for_plies(curve, own, period, [&](std::span<const V3d> ends) {
+      for (std::size_t i = 0; i + 1 < ends.size(); ++i) {
+        const float along = V3f(ends[i + 1] - ends[i]).length();
+        length += static_cast<double>(along);
+        is_short |= !(along >= 1e-2F * ply_or_yarn_radius(curve));
+      }
+      return true;
+    });
+    if (is_short && std::ranges::any_of(make_segments(curve, own, period), [](const Yarns::Segment& s) {
+          return !(s.along.length() >= 1e-3F * s.radius);
+        })) {
       result = refuse(place, "consecutive nodes of a ply coincide");
       return;
     }
@@ -219,7 +229,15 @@ std::array<float, yarn_light_function_count> light_basis(const V3f& l) {
 }
 
 Yarns::Yarns(YarnData data, const V2f& period) : data_(std::move(data)), period_(period) {
-  derive_segments();
+  int station = 0;
+  for (const YarnCurve& curve : data_.curves)
+    first_station_.push_back(std::exchange(station, station + curve.stations));
+}
+
+Yarns::Geometry Yarns::geometry() const {
+  std::call_once(derived_->segments_once, [&] { derive_segments(); });
+  const Derived& all = *derived_;
+  return {all.low, all.high, all.segments, first_station_, all.strand_sense, all.stitches};
 }
 
 const Yarns::Grid& Yarns::grid() const {
@@ -233,7 +251,7 @@ const Variation& Yarns::variation() const {
 }
 
 YarnPoint Yarns::point_at(const YarnHit& hit) const {
-  const Segment& s = segments_[hit.segment];
+  const Segment& s = geometry().segments[hit.segment];
   const YarnCurve& curve = data_.curves[s.curve];
   YarnPoint point;
   point.curve = s.curve;
@@ -296,7 +314,7 @@ void Yarns::perturb_by_strands(YarnPoint& point, const V3f& view) const {
         strand_swell(curve.strands, point.station / static_cast<float>(curve.stations), colour_noise_byte);
     return;
   }
-  const V2f& sense = strand_sense_[point.curve];
+  const V2f& sense = derived_->strand_sense[point.curve];
   const float around =
       std::atan2(sense.y * point.angle_sine, sense.x * point.angle_cosine) / (2 * std::numbers::pi_v<float>);
   const float fraction = point.station / static_cast<float>(curve.stations);

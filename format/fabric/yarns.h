@@ -327,23 +327,24 @@ class Yarns {
     std::span<const V2f> strand_sense;
     std::span<const V2i> stitches;  ///< of a map, of each segment: append_stitches(); else empty
   };
-  Geometry geometry() const { return {low_, high_, segments_, first_station_, strand_sense_, stitches_}; }
+  /// Made at the first call: cloth that is read and written again needs none.
+  Geometry geometry() const;
 
  private:
-  void derive_segments();
+  void derive_segments() const;
   Grid placed_in_cells() const;
 
   YarnData data_;
   V2f period_;
-  float low_ = 0;  ///< mm, of the lowest point
-  float high_ = 0;
-  std::vector<Segment> segments_;
-  std::vector<int> first_segment_;  ///< of each curve; segments of a ply are adjacent
   std::vector<int> first_station_;  ///< of each curve
-  std::vector<V2f> strand_sense_;
-  std::vector<V2i> stitches_;
   struct Derived {
-    std::once_flag grid_once, variation_once;
+    std::once_flag segments_once, grid_once, variation_once;
+    float low = 0;  ///< mm, of the lowest point
+    float high = 0;
+    std::vector<Segment> segments;
+    std::vector<int> first_segment;  ///< of each curve; segments of a ply are adjacent
+    std::vector<V2f> strand_sense;
+    std::vector<V2i> stitches;
     Grid grid;
     Variation variation;
   };
@@ -367,7 +368,7 @@ std::vector<Yarns::Segment> make_segments(const YarnCurve& curve, std::span<cons
                                           const V2f& period);
 void append_segments_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
                         std::vector<Yarns::Segment>& segments);
-/// Whether `test` holds of each ply: of the ends of its segments, mm. Precondition: the curve has plies.
+/// Whether `test` holds of each ply, or of a yarn without: of the ends of its segments, mm.
 bool holds_for_plies(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& period,
                      const std::function<bool(std::span<const V3d>)>& test);
 /// Calls visit(index, curve, its nodes) for all curves.

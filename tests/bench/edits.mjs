@@ -19,7 +19,7 @@ function make(text, entry, shapes, last) {
   const files = new Map([[name, Buffer.from(text)]]), said = { out: '', err: '' }, begin = process.cpuUsage();
   if (last) files.set('last.exr', last);
   const host = { ...memory_host(files, said), recall: (key) => shapes.get(key), keep: (key, shape) => shapes.set(key, shape) };
-  const codecs = { inflate: (bytes) => inflateSync(bytes), deflate: (bytes, level) => deflateSync(bytes, { level: ['preview', 'recolour'].includes(entry) ? 0 : level }) };
+  const codecs = { inflate: (bytes) => inflateSync(bytes), deflate: (bytes, level) => deflateSync(bytes, { level: ['preview', 'tint', 'recolour'].includes(entry) ? 0 : level }) };
   const status = run_module(module, ['make', name, ...(last ? ['--recolour', 'last.exr'] : []), '-o', 'made.exr', '--json'], host, codecs, entry);
   const { user, system } = process.cpuUsage(begin), bytes = files.get('made.exr');
   if (status !== 0) throw Error(said.out + said.err);
@@ -45,7 +45,7 @@ for (const edit of edits) {
   const edited = text.replace(...edit.split('=>')), exact = make(edited, 'run', new Map());
   console.log(`${edit}: made in ${exact.seconds.toFixed(1)} s`);
   const kept = new Map(shapes);
-  for (const entry of ['preview', 'recolour', 'edit']) {
+  for (const entry of ['preview', 'tint', 'recolour', 'edit']) {
     try {
       const { seconds, bytes } = make(edited, entry, kept, first.bytes);
       console.log(`  ${entry}: ${seconds.toFixed(1)} s, ${bytes.length} bytes; ${beside(bytes, exact.bytes, entry)}`);

@@ -53,8 +53,8 @@ const edits = new Map(), [first, edited, whole] = [['A6 B A7', 'run'], ['A6 B2 A
 assert.deepEqual([first, edited, whole].map(({ status, stages }) => [status, stages[0]]), [[0, 'relax'], [0, 'bake'], [0, 'relax']]);
 check('edited.preview.exr', edited.bytes);
 // From the last one come wholes of nearly the same yarn, and of the same in other colours: as bright as the exact ones.
-const coloured = colourwork('A6 B A7', '#305090'), exact = { edit: whole, recolour: make('edit.txt', coloured, edits) };
-for (const [entry, text] of [['edit', colourwork('A6 B2 A6')], ['recolour', coloured]]) {
+const coloured = colourwork('A6 B A7', '#305090'), dyed = make('edit.txt', coloured, edits), exact = { edit: whole, recolour: dyed, tint: dyed };
+for (const [entry, text] of [['edit', colourwork('A6 B2 A6')], ['recolour', coloured], ['tint', coloured]]) {
   const made = make('edit.txt', text, new Map(edits), entry, first.bytes);
   assert.equal(made.status, 0, entry);
   const [bright, truth] = [brightness(`last.${entry}`, made.bytes), brightness(`exact.${entry}`, exact[entry].bytes)];

@@ -18,7 +18,7 @@ const view = globalThis.selvedge, {stage} = view, by_id = (id) => document.getEl
 /** Stages of a make, and the milliseconds that each took last. */
 const STAGES = {relax: ['yarns come to rest', 500], bake: ['light falls on them', 1000], fit: ['written as a fabric', 300]}, WHITE = '#ffffff';
 const HELD_OUT = 'How well it tells light that it was not made from: by size, the finest first, then the yarn close by; 30 dB is well';
-/** Milliseconds of a make before which an edit of the last cloth is shown whole. */
+/** Milliseconds of a make before which an edit of the last cloth, or its new colours, are shown whole. */
 const LONG = 15000;
 /** Bytes that files of each kind have at most. */
 const LARGEST = {exr: 64e6, glb: 128e6, txt: 16e6, wif: 16e6, json: 16e6, png: 16e6};
@@ -97,7 +97,7 @@ function make() {
   return new Promise(async (end) => {
     resolve_current = end;
     const is_over = () => resolve_current !== end;
-    const [preview] = await made_by(from_last || run, way === 'recolour' ? way : 'preview');
+    const [preview] = await made_by(from_last || run, way === 'recolour' ? 'tint' : 'preview');
     if (is_over()) return;
     let is_made = false;
     const seen = preview && show(preview, () => is_over() || is_made, false).then((was_seen) => {
@@ -107,7 +107,7 @@ function make() {
     await Promise.race([seen, new Promise((later) => setTimeout(later, 2000))]);
     if (is_over()) return;
     state.stage = '';
-    if (way === 'edit' && state.made_ms > LONG) {
+    if (way && state.made_ms > LONG) {
       const [edited] = await made_by(from_last, way);
       if (is_over()) return;
       if (edited) await show(edited, is_over, false);

@@ -27,7 +27,7 @@ async function answer({data}) {
   const {argv, files, entry} = data, said = {out: '', err: ''};
   await Promise.all([codecs.meshopt.ready, codecs.encoder.ready]);
   // Previews, recoloured cloth and pages are read at once, by this page alone; a make counts the bytes of its files.
-  const is_read = ['preview', 'recolour'].includes(entry) || argv[0] === 'page', deflate = is_read ? (bytes) => codecs.deflate(bytes, 0) : codecs.deflate;
+  const is_read = ['preview', 'tint', 'recolour'].includes(entry) || argv[0] === 'page', deflate = is_read ? (bytes) => codecs.deflate(bytes, 0) : codecs.deflate;
   const status = run_module(module, argv, {...memory_host(files, said, progress), recall: (key) => shapes.get(key), keep}, {...codecs, deflate, draco}, entry);
   postMessage({status, files, ...said});
 }
