@@ -10,7 +10,7 @@ namespace {
 constexpr float same_place = 0.3F;
 /// Yarn that lies so, some stitches away, lies alike; and the least alike from which light is borrowed.
 constexpr float alike_place = 0.6F;
-constexpr float least_alike = 2;
+constexpr float max_unlike_radii = 2;
 /// Stitches along a side of the field from which light is borrowed.
 constexpr int field_stitches = 21;
 /// Radii about a change in which light is another, and from where it comes.
@@ -140,7 +140,7 @@ bool relight_near_changes(YarnData& data, const V2f& period, std::span<const V3f
   for (const Place& place : places) {
     const YarnCurve& curve = data.curves[place.curve];
     const float same = same_place * curve.radius;
-    float nearest = borrows ? least_alike * curve.radius : same;
+    float nearest = borrows ? max_unlike_radii * curve.radius : same;
     float fraction = 0;
     const Place* found = nullptr;
     for (const V3f& step : steps) {

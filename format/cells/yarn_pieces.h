@@ -49,7 +49,7 @@ struct YarnPieces {
   std::vector<Yarns::Segment> plies;
   std::span<const Yarns::Segment> all;  ///< of the yarn, with its hairs
   std::vector<std::uint32_t> hairs;     ///< in `all`
-  /// Of a hair without `numbers`' radii, which may stand for several.
+  /// The radii of a hair, which may stand for several, are in `numbers`.
   const Yarns::Segment& segment(int piece) const {
     return piece < ply_piece_count ? plies[piece] : all[hairs[piece - ply_piece_count]];
   }
