@@ -131,7 +131,7 @@ RelaxResult rest_knit(const StitchPattern& pattern, const RelaxOptions& options)
     KnitCloth edited(knit, options.gap_radii, curvature);
     if (edited.edit(knit, *options.last, gauge)) {
       edited.rest({.grows = true, .max_steps = edit_steps});
-      edited.rest({.presses = true, .max_steps = edit_steps});
+      edited.rest({.presses = true, .max_steps = gauge_steps});
       edited.give(knit);
       RelaxResult rested = options.last->relaxed;
       take(edited, std::move(knit), rested);

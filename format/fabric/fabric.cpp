@@ -1,6 +1,5 @@
 #include "format/fabric/fabric.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <numeric>
 #include <utility>
@@ -131,20 +130,21 @@ FabricLevel shown_texels(const FabricLevel& level, const YarnMap& map, const V2i
   for (const LayerKind kind : {LayerKind::opacity, LayerKind::products}) {
     if (kind == LayerKind::products && number > 0)
       for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = weight_of_products(level, i);
-    const int channels = level[kind].channels;
-    Layer layer{channels, std::vector<float>(std::size_t{1} * result.texels() * channels)};
-    const Eigen::Map<const Eigen::ArrayXXf> from(level[kind].values.data(), channels, level.texels());
-    Eigen::Map<Eigen::ArrayXXf> to(layer.values.data(), channels, result.texels());
+    const Layer& from = level[kind];
+    Layer layer{from.channels, std::vector<float>(std::size_t{1} * result.texels() * from.channels)};
     for (int texel = 0; texel < result.texels(); ++texel) {
       const V2i corner = first + V2i(texel % size.x, texel / size.x) * side;
+      float* const to = &layer.values[std::size_t{1} * texel * layer.channels];
       float sum = 0;
       for (int y = corner.y; y < corner.y + side; ++y)
         for (int x = corner.x; x < corner.x + side; ++x) {
-          const int shown = map.shown_at({x, y});
-          to.col(texel) += weights[shown] * from.col(shown);
-          sum += weights[shown];
+          const std::size_t shown = map.shown_at({x, y});
+          const float weight = weights[shown];
+          const float* const values = &from.values[shown * from.channels];
+          for (int i = 0; i < layer.channels; ++i) to[i] += weight * values[i];
+          sum += weight;
         }
-      to.col(texel) /= sum;
+      for (int i = 0; i < layer.channels; ++i) to[i] /= sum;
     }
     result.set_layer(kind, std::move(layer));
   }
