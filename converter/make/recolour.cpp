@@ -52,9 +52,7 @@ SomeViews sample_some(const YarnSampler& sampler, const Fabric& side, int light_
     lights.push_back(directions_of(side.side, {light, light}).light);
   }
   const int step = std::max(1, side.views.count() / sampled_views + 1);
-  for (int v = step / 2; v < side.views.count(); v += step) {
-    some.views.push_back(v);
-  }
+  for (int v = step / 2; v < side.views.count(); v += step) some.views.push_back(v);
   const V2i texels = side.texels();
   SampleLevel& level = some.level;
   level = {texels.x, texels.y, static_cast<int>(some.views.size()), static_cast<int>(lights.size())};

@@ -168,15 +168,12 @@ bool KnitCloth::edit(const DrawnKnit& knit, const RestedKnit& last, const V2d& g
     for (const V3d& place : changed) away[i] = std::min(away[i], std::sqrt(distance2(drawn[i], place)));
   active_.assign(count, 0);
   std::size_t active = 0;
-  for (Chain& chain : chains_) {
-    for (Part& part : chain.parts) {
-      const bool moves_on =
-          *std::min_element(away.begin() + part.begin, away.begin() + part.end) < rest_distance;
-      if (!moves_on) continue;
+  for (const Chain& chain : chains_)
+    for (const Part& part : chain.parts) {
+      if (*std::min_element(away.begin() + part.begin, away.begin() + part.end) >= rest_distance) continue;
       std::fill(active_.begin() + part.begin, active_.begin() + part.end, 1);
       active += part.end - part.begin;
     }
-  }
   if (static_cast<double>(active) > max_active_fraction * static_cast<double>(count)) {
     active_.clear();
     return false;

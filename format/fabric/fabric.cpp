@@ -9,25 +9,6 @@
 namespace selvedge {
 namespace {
 
-/// Gives a level the texels `at`(x, y) of another one.
-void take_texels(const FabricLevel& other, std::initializer_list<LayerKind> kinds, const auto& at,
-                 FabricLevel& level) {
-  level.pairs = other.pairs;
-  level.bases = other.bases;
-  for (const LayerKind kind : kinds) {
-    const Layer& from = other[kind];
-    Layer layer{from.channels, {}};
-    layer.values.reserve(std::size_t{1} * level.texels() * layer.channels);
-    for (int y = 0; y < level.height; ++y) {
-      for (int x = 0; x < level.width; ++x) {
-        const auto first = from.values.begin() + std::ptrdiff_t{at(x, y)} * from.channels;
-        layer.values.insert(layer.values.end(), first, first + from.channels);
-      }
-    }
-    level.set_layer(kind, std::move(layer));
-  }
-}
-
 /// Mean opacity of a texel over all views, above 0.
 float weight_of_products(const FabricLevel& level, std::size_t texel) {
   const Layer& opacity = level[LayerKind::opacity];
@@ -38,51 +19,69 @@ float weight_of_products(const FabricLevel& level, std::size_t texel) {
   return std::max(mean, 1e-6F);
 }
 
+/// Texels in place of so many along both sides, each the mean of those that lie there, by their opacity:
+/// `at`(column, row) of a level.
+FabricLevel mean_texels(const FabricLevel& level, const V2i& size, const V2i& many, const auto& at) {
+  FabricLevel result;
+  result.width = size.x;
+  result.height = size.y;
+  result.pairs = level.pairs;
+  result.bases = level.bases;
+  std::vector<float> weights(level.texels(), 1);
+  for (const LayerKind kind : {LayerKind::opacity, LayerKind::products}) {
+    for (std::size_t i = 0; i < weights.size() && kind == LayerKind::products && many != size; ++i)
+      weights[i] = weight_of_products(level, i);
+    const Layer& from = level[kind];
+    Layer layer{from.channels, std::vector<float>(std::size_t{1} * result.texels() * from.channels)};
+    for (int texel = 0; texel < result.texels(); ++texel) {
+      const V2i place(texel % size.x, texel / size.x);
+      const V2i begin = place * many / size;
+      const V2i end = (place + V2i(1)) * many / size;
+      float* const to = &layer.values[std::size_t{1} * texel * layer.channels];
+      float sum = 0;
+      for (int y = begin.y; y < end.y; ++y)
+        for (int x = begin.x; x < end.x; ++x) {
+          const std::size_t part = at(x, y);
+          const float weight = weights[part];
+          const float* const values = &from.values[part * from.channels];
+          for (int i = 0; i < layer.channels; ++i) to[i] += weight * values[i];
+          sum += weight;
+        }
+      for (int i = 0; i < layer.channels; ++i) to[i] /= sum;
+    }
+    result.set_layer(kind, std::move(layer));
+  }
+  return result;
+}
+
 /// A level whose texels are means of a finer one's.
 FabricLevel coarser_level(const FabricLevel& finer) {
-  FabricLevel level;
-  level.width = std::max(finer.width / 2, 1);
-  level.height = std::max(finer.height / 2, 1);
-  level.pairs = finer.pairs;
-  level.bases = finer.bases;
-  for (const LayerKind kind : {LayerKind::opacity, LayerKind::products}) {
-    const Layer& from = finer[kind];
-    if (from.channels == 0) continue;
-    level.add_layer(kind, from.channels);
-    Layer to = level[kind];
-    for (int texel = 0; texel < level.texels(); ++texel) {
-      const V2i at(texel % level.width, texel / level.width);
-      const auto first = [](int i, int size, int finer_size) { return i * finer_size / size; };
-      float* const sums = &to.values[std::size_t{1} * texel * to.channels];
-      float weights = 0;
-      for (int y = first(at.y, level.height, finer.height); y < first(at.y + 1, level.height, finer.height);
-           ++y) {
-        for (int x = first(at.x, level.width, finer.width); x < first(at.x + 1, level.width, finer.width);
-             ++x) {
-          const std::size_t part = std::size_t{1} * y * finer.width + x;
-          const float weight = kind == LayerKind::products ? weight_of_products(finer, part) : 1;
-          for (int i = 0; i < to.channels; ++i) sums[i] += weight * from.values[part * from.channels + i];
-          weights += weight;
-        }
-      }
-      for (int i = 0; i < to.channels; ++i) sums[i] /= weights;
-    }
-    level.set_layer(kind, std::move(to));
-  }
-  return level;
+  const V2i size(std::max(finer.width / 2, 1), std::max(finer.height / 2, 1));
+  return mean_texels(finer, size, {finer.width, finer.height},
+                     [&](int x, int y) { return y * finer.width + x; });
 }
 
 }  // namespace
 
 void FabricLevel::copy_texels(const FabricLevel& coarser, int steps) {
   copied_from_coarser = true;
-  const auto at = [&](int x, int y) {
-    return std::min(y >> steps, coarser.height - 1) * coarser.width + std::min(x >> steps, coarser.width - 1);
-  };
-  take_texels(coarser,
-              {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::opacity, LayerKind::light,
-               LayerKind::products},
-              at, *this);
+  pairs = coarser.pairs;
+  bases = coarser.bases;
+  for (const LayerKind kind : {LayerKind::lobes, LayerKind::frame, LayerKind::table, LayerKind::opacity,
+                               LayerKind::light, LayerKind::products}) {
+    const Layer& from = coarser[kind];
+    Layer layer{from.channels, {}};
+    layer.values.reserve(std::size_t{1} * texels() * layer.channels);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        const int texel = std::min(y >> steps, coarser.height - 1) * coarser.width +
+                          std::min(x >> steps, coarser.width - 1);
+        const auto first = from.values.begin() + std::ptrdiff_t{texel} * from.channels;
+        layer.values.insert(layer.values.end(), first, first + from.channels);
+      }
+    }
+    set_layer(kind, std::move(layer));
+  }
 }
 
 void FabricLevel::set_layer(LayerKind kind, Layer layer) { layers_[index_of(kind)] = std::move(layer); }
@@ -120,35 +119,8 @@ void Fabric::add_side(Fabric other) {
 
 FabricLevel shown_texels(const FabricLevel& level, const YarnMap& map, const V2i& first, const V2i& size,
                          int number) {
-  FabricLevel result;
-  result.width = size.x;
-  result.height = size.y;
-  result.pairs = level.pairs;
-  result.bases = level.bases;
-  const int side = 1 << number;
-  std::vector<float> weights(level.texels(), 1);
-  for (const LayerKind kind : {LayerKind::opacity, LayerKind::products}) {
-    if (kind == LayerKind::products && number > 0)
-      for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = weight_of_products(level, i);
-    const Layer& from = level[kind];
-    Layer layer{from.channels, std::vector<float>(std::size_t{1} * result.texels() * from.channels)};
-    for (int texel = 0; texel < result.texels(); ++texel) {
-      const V2i corner = first + V2i(texel % size.x, texel / size.x) * side;
-      float* const to = &layer.values[std::size_t{1} * texel * layer.channels];
-      float sum = 0;
-      for (int y = corner.y; y < corner.y + side; ++y)
-        for (int x = corner.x; x < corner.x + side; ++x) {
-          const std::size_t shown = map.shown_at({x, y});
-          const float weight = weights[shown];
-          const float* const values = &from.values[shown * from.channels];
-          for (int i = 0; i < layer.channels; ++i) to[i] += weight * values[i];
-          sum += weight;
-        }
-      for (int i = 0; i < layer.channels; ++i) to[i] /= sum;
-    }
-    result.set_layer(kind, std::move(layer));
-  }
-  return result;
+  return mean_texels(level, size, size * (1 << number),
+                     [&](int x, int y) { return map.shown_at(first + V2i(x, y)); });
 }
 
 Fabric arranged(const Fabric& fabric) {
