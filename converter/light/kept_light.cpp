@@ -11,8 +11,8 @@ constexpr float same_place = 0.3F;
 /// Yarn that lies so, some stitches away, lies alike; and the least alike from which light is borrowed.
 constexpr float alike_place = 0.6F;
 constexpr float max_unlike_radii = 2;
-/// Stitches along a side of the field from which light is borrowed.
-constexpr int field_stitches = 21;
+/// Stitches each way from which light is borrowed.
+constexpr int field_reach = 10;
 /// Radii about a change in which light is another, and from where it comes.
 constexpr float changed_radii = 6;
 constexpr float lit_radii = 14;
@@ -118,9 +118,9 @@ bool relight_near_changes(YarnData& data, const V2f& period, std::span<const V3f
   const std::vector<Place> places = places_of(data, period);
   const std::vector<Place> before = places_of(last.data(), period);
   std::vector<V3f> steps{V3f(0)};
-  for (int i = 0; borrows && i < field_stitches * field_stitches; ++i)
-    steps.emplace_back(stitch.x * static_cast<float>(i % field_stitches - field_stitches / 2),
-                       stitch.y * static_cast<float>(i / field_stitches - field_stitches / 2), 0);
+  for (int row = -field_reach; borrows && row <= field_reach; ++row)
+    for (int column = -field_reach; column <= field_reach; ++column)
+      steps.emplace_back(stitch.x * static_cast<float>(column), stitch.y * static_cast<float>(row), 0);
   std::stable_sort(steps.begin(), steps.end(),
                    [](const V3f& a, const V3f& b) { return a.length2() < b.length2(); });
   float thickest = 0;

@@ -194,8 +194,9 @@ Yarns::Grid Yarns::placed_in_cells() const {
                          -2 * s.start.z - s.along.z);
       });
       Cell placed{static_cast<std::uint32_t>(grid.blocks.size())};
+      const std::size_t row = k / cells.x;
       const V2d middle((static_cast<double>(k % cells.x) + 0.5) * sizes.cell.x,
-                       (static_cast<double>(k / cells.x) + 0.5) * sizes.cell.y);
+                       (static_cast<double>(row) + 0.5) * sizes.cell.y);
       for (std::size_t i = 0; i < list.size(); ++i) {
         Block& block = i % yarn_block_size == 0 ? grid.blocks.emplace_back() : grid.blocks.back();
         put(all.segments[list[i].segment], list[i], middle, i % yarn_block_size, block);
