@@ -21,6 +21,8 @@ constexpr float min_bias = 0.003F;
 constexpr float max_bias_radii = 32;
 /// Slope of the rays of an image's own grid: lower light, of which little is left, passes over far more yarn.
 constexpr float max_own_slope = 8;
+/// Pieces of such a grid are longer than asked for: it costs 0.1 dB, and saves half of its time.
+constexpr float own_piece_length = 2;
 /// Hairs that cast shadows in large cells are thinner than pixels ask for: their noise is seen.
 constexpr float hair_width_of_asked = 0.3F;
 
@@ -134,6 +136,7 @@ std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, Shadow
 std::shared_ptr<const CellShadow> CellShadows::cast(const V3f& direction, ShadowDetail detail,
                                                     const ShadedWindow& window) const {
   fit(detail);
+  detail.max_piece_texels *= own_piece_length;
   const CellSize& image = window.size;
   V2f slope = ray_slope(direction);
   if (slope.length() > max_own_slope) slope *= max_own_slope / slope.length();
