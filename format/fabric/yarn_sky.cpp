@@ -23,10 +23,10 @@ namespace {
 /// Points around a station, and lights from each: the functions of both are smooth.
 constexpr int angles = 12;
 constexpr int angles_of_ply = 6;
-constexpr DirectionGrid sky{8, 12};
-/// Stations take these in turn: light varies little from one to the next.
-constexpr int sky_parts = 4;
-constexpr float light_part = 2 * std::numbers::pi_v<float> * sky_parts / (sky.columns * sky.rows);
+constexpr DirectionGrid traced_sky{8, 12}, cast_sky{6, 8};
+/// Stations take lights in turn: light varies little from one to the next.
+constexpr int lights_of_station = 24;
+constexpr float light_part = 2 * std::numbers::pi_v<float> / lights_of_station;
 
 using SkyFactors = std::array<float, smooth_function_count>;
 
@@ -84,7 +84,7 @@ struct SkyPoint {
   SkyFactors seen{};
 };
 
-DirectSky direct_sky(const Yarns& yarns, const LightCaster& cast) {
+DirectSky direct_sky(const Yarns& yarns, const LightCaster& cast, const DirectionGrid& sky) {
   constexpr int lights_together = 8;
   std::vector<std::vector<SkyPoint>> stations;
   for (int c = 0; c < static_cast<int>(yarns.data().curves.size()); ++c) {
@@ -98,6 +98,7 @@ DirectSky direct_sky(const Yarns& yarns, const LightCaster& cast) {
     });
   }
   const std::vector<V3f> lights = cell_directions(sky);
+  const int parts = sky.count() / lights_of_station;
   std::array<LightAtPoint, lights_together> reached;
   for (int begin = 0; begin < sky.count(); begin += lights_together) {
     const int count = std::min(lights_together, sky.count() - begin);
@@ -105,7 +106,7 @@ DirectSky direct_sky(const Yarns& yarns, const LightCaster& cast) {
     parallel_for(0, static_cast<int>(stations.size()), [&](int station) {
       for (int i = 0; i < count; ++i) {
         const int number = begin + i;
-        if ((number + number / sky.columns) % sky_parts != station % sky_parts) continue;
+        if ((number + number / sky.columns) % parts != station % parts) continue;
         const V3f& l = lights[number];
         const auto basis = smooth_basis(l.x, l.y, l.z);
         for (auto& [point, seen] : stations[station]) {
@@ -127,7 +128,8 @@ DirectSky direct_sky(const Yarns& yarns, const LightCaster& cast) {
 }
 
 /// The same of yarn that lies as one of the last did: designers show it in colour after colour.
-std::shared_ptr<const DirectSky> known_sky(const Yarns& yarns, const LightCaster& cast) {
+std::shared_ptr<const DirectSky> known_sky(const Yarns& yarns, const LightCaster& cast,
+                                           const DirectionGrid& sky) {
   constexpr std::size_t max_known = 4;
   static std::mutex mutex;
   struct Known {
@@ -150,7 +152,7 @@ std::shared_ptr<const DirectSky> known_sky(const Yarns& yarns, const LightCaster
         known, [&](const Known& one) { return one.period == yarns.period() && one.segments == segments; });
     if (found != known.end()) return found->direct;
   }
-  auto direct = std::make_shared<const DirectSky>(direct_sky(yarns, cast));
+  auto direct = std::make_shared<const DirectSky>(direct_sky(yarns, cast, sky));
   const std::scoped_lock lock(mutex);
   if (known.size() == max_known) known.pop_front();
   return known.emplace_back(Known{segments, yarns.period(), std::move(direct)}).direct;
@@ -166,7 +168,7 @@ std::vector<float> sky_transfer(const Yarns& yarns, const LightCaster& cast) {
       return yarns.is_occluded(above, light) ? 0.0F : 1.0F;
     };
   };
-  const auto sky_seen = known_sky(yarns, cast ? cast : traced);
+  const auto sky_seen = known_sky(yarns, cast ? cast : traced, cast ? cast_sky : traced_sky);
   const std::array<SkyFactors, smooth_function_count> upper = upper_products();
   std::vector<float> result(data.station_light.size());
   std::size_t station = 0;
