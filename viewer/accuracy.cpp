@@ -50,8 +50,8 @@ constexpr std::array<Rays, 2> many_on_coarse_patches{{{4, 2.4F}, {4, 3.2F}}};
 
 /// Rays of pixels through whose holes something else shows, where 2 x 2 do for the others.
 constexpr Rays hole_rays{max_supersample, 2};
-/// They may take as long as all others together: what they gain has to be so much more than what the picture
-/// has to spare.
+/// Added to the dB that the picture has to spare, above which a gain is worth it: these pixels may take as
+/// long as all others together.
 constexpr double min_gain_db = 1;
 
 double decibels(double mean_square) { return -10 * std::log10(std::max(mean_square, 1e-20)); }
@@ -98,43 +98,38 @@ std::vector<std::uint8_t> find_holes(const Frame& frame, const DisplayOptions& d
 }
 
 /// Draws a view with any supersampling.
-class Drawer {
- public:
-  Drawer(Renderer& renderer, const FrameSize& size, const Camera& camera, const DrawOptions& options,
-         const DisplayOptions& display, std::span<const Tints> tints, RenderStats& stats)
-      : renderer_(renderer),
-        size_(size),
-        camera_(camera),
-        options_(options),
-        display_(display),
-        tints_(tints),
-        stats_(stats) {}
-
-  std::span<const Tints> tints() const { return tints_; }
+struct Drawer {
+  Renderer& renderer;
+  const FrameSize& size;
+  const Camera& camera;
+  const DrawOptions& options;
+  DisplayOptions display;
+  std::span<const Tints> tints;
+  RenderStats& stats;
 
   /// Draws the whole pictures; with `blocks` only their pixels, without a place in the statistics but their
   /// times. Throws a Failure.
-  void draw(const Rays& rays, const FrameBlocks* blocks, std::span<const Tints> tints,
+  void draw(const Rays& rays, const FrameBlocks* blocks, std::span<const Tints> drawn_tints,
             std::vector<Frame>& frames) {
-    FrameSize size = size_;
-    size.supersample = rays.side;
+    FrameSize drawn_size = size;
+    drawn_size.supersample = rays.side;
     // Bands without blocks are not drawn.
-    size.band_rows = blocks != nullptr ? 8 : band_rows(rays.side);
-    DrawOptions options = options_;
-    options.cells.samples_per_pixel_side = image_samples(rays.side);
-    options.cells.max_patch_rays_per_side = rays.max_patch;
+    drawn_size.band_rows = blocks != nullptr ? 8 : band_rows(rays.side);
+    DrawOptions drawn = options;
+    drawn.cells.samples_per_pixel_side = image_samples(rays.side);
+    drawn.cells.max_patch_rays_per_side = rays.max_patch;
     // Few bands share images of single pixels.
-    if (blocks != nullptr && blocks->block_size == 1) options.cells.memory_bytes /= 4;
-    options.blocks = blocks;
-    const RenderStats stats = draw(size, options, tints, frames);
-    if (blocks == nullptr) keep(stats);
+    if (blocks != nullptr && blocks->block_size == 1) drawn.cells.memory_bytes /= 4;
+    drawn.blocks = blocks;
+    const RenderStats own = draw(drawn_size, drawn, drawn_tints, frames);
+    if (blocks == nullptr) keep(own);
   }
   /// Draws these pixels of a picture again.
   void draw_again(const Rays& rays, const std::vector<std::uint8_t>& pixels, std::span<const Tints> tint,
                   Frame& frame) {
-    const auto width = static_cast<std::size_t>(size_.width);
-    FrameBlocks blocks{1, size_.width, {}};
-    for (std::size_t row = size_.height; row-- > 0;)
+    const auto width = static_cast<std::size_t>(size.width);
+    FrameBlocks blocks{1, size.width, {}};
+    for (std::size_t row = size.height; row-- > 0;)
       blocks.is_drawn.insert(blocks.is_drawn.end(), &pixels[row * width], &pixels[row * width] + width);
     std::vector<Frame> again;
     draw(rays, &blocks, tint, again);
@@ -142,47 +137,33 @@ class Drawer {
       if (pixels[i] != 0) frame.pixels[i] = again[0].pixels[i];
   }
   /// The same with any options. Adds to the times of the statistics; returns the frame's own ones.
-  RenderStats draw(const FrameSize& size, const DrawOptions& options, std::span<const Tints> tints,
+  RenderStats draw(const FrameSize& drawn_size, const DrawOptions& drawn, std::span<const Tints> drawn_tints,
                    std::vector<Frame>& frames) {
-    RenderStats stats;
-    value_or_throw(renderer_.resize(size));
-    value_or_throw(renderer_.draw(camera_, options, tints, frames, stats));
+    RenderStats own;
+    value_or_throw(renderer.resize(drawn_size));
+    value_or_throw(renderer.draw(camera, drawn, drawn_tints, frames, own));
     for (const auto& [name, seconds] : render_seconds)
-      if (seconds != &RenderStats::prepare_seconds) stats_.*seconds += stats.*seconds;
-    stats_.prepare_seconds = stats.prepare_seconds;
-    return stats;
+      if (seconds != &RenderStats::prepare_seconds) stats.*seconds += own.*seconds;
+    stats.prepare_seconds = own.prepare_seconds;
+    return own;
   }
   /// Replaces the statistics by a frame's, except for the times, which add up over all frames.
-  void keep(RenderStats stats) {
-    for (const auto& [name, seconds] : render_seconds) stats.*seconds = stats_.*seconds;
-    stats_ = std::move(stats);
+  void keep(RenderStats own) {
+    for (const auto& [name, seconds] : render_seconds) own.*seconds = stats.*seconds;
+    stats = std::move(own);
   }
   /// Largest supersampling that the index pass can draw.
-  int limit() const {
-    return std::min(max_supersample, max_frame_side / std::max(size_.width, size_.height));
-  }
+  int limit() const { return std::min(max_supersample, max_frame_side / std::max(size.width, size.height)); }
   /// FrameSize::band_rows: a picture has at least `min_bands`, which cost no time, and as many as let the
   /// cell images of a band fit into the memory. Those take `image_bytes` for a pixel of a sweater close by.
   int band_rows(int supersample) const {
     constexpr int min_bands = 16;
     constexpr std::size_t image_bytes = 320;
     const auto max_pixels =
-        static_cast<int>(std::min(options_.cells.memory_bytes / image_bytes, std::size_t{1} << 20));
-    const int rows =
-        std::min(size_.height / min_bands, max_pixels / (size_.width * supersample * supersample));
+        static_cast<int>(std::min(options.cells.memory_bytes / image_bytes, std::size_t{1} << 20));
+    const int rows = std::min(size.height / min_bands, max_pixels / (size.width * supersample * supersample));
     return std::max(rows / 2, 1) * 2;
   }
-  const DrawOptions& options() const { return options_; }
-  const DisplayOptions& display() const { return display_; }
-
- private:
-  Renderer& renderer_;
-  const FrameSize& size_;
-  const Camera& camera_;
-  const DrawOptions& options_;
-  DisplayOptions display_;
-  std::span<const Tints> tints_;
-  RenderStats& stats_;
 };
 
 /// Pictures at the blocks that some estimate has taken.
@@ -197,10 +178,10 @@ using BlocksByRays = std::map<Rays, DrawnBlocks>;
 class Probe {
  public:
   /// `drawn` is shared by the pictures.
-  Probe(Drawer& drawer, const FrameSize& size, std::size_t picture, BlocksByRays& drawn)
-      : drawer_(drawer), size_(size), picture_(picture), drawn_(drawn) {
-    blocks_.columns = (size.width + blocks_.block_size - 1) / blocks_.block_size;
-    const int rows = (size.height + blocks_.block_size - 1) / blocks_.block_size;
+  Probe(Drawer& drawer, std::size_t picture, BlocksByRays& drawn)
+      : drawer_(drawer), picture_(picture), drawn_(drawn) {
+    blocks_.columns = (size_.width + blocks_.block_size - 1) / blocks_.block_size;
+    const int rows = (size_.height + blocks_.block_size - 1) / blocks_.block_size;
     blocks_.is_drawn.resize(static_cast<std::size_t>(blocks_.columns) * rows);
     taken_ = blocks_.is_drawn;
     row_step_ = std::clamp(rows / 8, 1, 4);
@@ -243,7 +224,7 @@ class Probe {
       const bool is_near = std::min(std::abs(result - below), std::abs(result - above)) < margin;
       const bool is_exact = error < max_error && (!is_near || shown > min_blocks);
       if (((is_clear || is_exact) && shown >= min_blocks) || shown >= max_blocks || count_ == all_ ||
-          drawer_.options().is_interrupted())
+          drawer_.options.is_interrupted())
         return result;
     }
   }
@@ -254,7 +235,7 @@ class Probe {
     const Frame& a = drawn(rays);
     const Frame& b = drawn(reference);
     for_each_pixel(taken_, [&](std::size_t i, std::size_t) {
-      errors_.push_back({i, square_error(a.pixels[i], b.pixels[i], drawer_.display())});
+      errors_.push_back({i, square_error(a.pixels[i], b.pixels[i], drawer_.display)});
     });
   }
   /// By those, dB of the picture with these pixels drawn again with hole_rays.
@@ -276,7 +257,7 @@ class Probe {
     std::array<double, 2> sums{};            // everywhere, and in blocks
     for (int y = 1; y < size_.height; ++y) {
       for (int x = 1; x < size_.width; ++x) {
-        const double square = contrast_at(whole, drawer_.display(), x, y);
+        const double square = contrast_at(whole, drawer_.display, x, y);
         sums[0] += square;
         if (taken_[block_row(y) + x / blocks_.block_size] != 0) sums[1] += square;
       }
@@ -323,7 +304,7 @@ class Probe {
     std::vector<double> squares(taken_.size());
     pixels_ = 0;
     for_each_pixel(taken_, [&](std::size_t i, std::size_t block) {
-      squares[block] += square_error(a.pixels[i], b.pixels[i], drawer_.display());
+      squares[block] += square_error(a.pixels[i], b.pixels[i], drawer_.display);
       pixels_ += 3;
     });
     return squares;
@@ -337,7 +318,7 @@ class Probe {
       blocks_.is_drawn[i] = taken_[i] != 0 && known.blocks[i] == 0 ? 1 : 0;
     if (std::ranges::find(blocks_.is_drawn, 1) == blocks_.is_drawn.end()) return known.frames[picture_];
     std::vector<Frame> more;
-    drawer_.draw(rays, &blocks_, drawer_.tints(), more);
+    drawer_.draw(rays, &blocks_, drawer_.tints, more);
     if (known.frames.empty()) known.frames = more;
     for_each_pixel(blocks_.is_drawn, [&](std::size_t i, std::size_t) {
       for (std::size_t k = 0; k < more.size(); ++k) known.frames[k].pixels[i] = more[k].pixels[i];
@@ -347,7 +328,7 @@ class Probe {
   }
 
   Drawer& drawer_;
-  FrameSize size_;
+  const FrameSize& size_ = drawer_.size;
   FrameBlocks blocks_;
   std::vector<std::uint8_t> taken_;
   int row_step_ = 1;       ///< other rows have no blocks: OpenGL draws whole rows
@@ -389,15 +370,14 @@ Rays choose_rays(const Drawer& drawer, double wanted, Probe& probe, AccuratePict
 }
 
 /// Draws pictures with the least rays that each needs for an accuracy, dB.
-std::vector<AccuratePicture> draw_accurate(Drawer& drawer, double wanted, const FrameSize& size,
-                                           std::vector<Frame>& frames) {
-  const std::span<const Tints> tints = drawer.tints();
+std::vector<AccuratePicture> draw_accurate(Drawer& drawer, double wanted, std::vector<Frame>& frames) {
+  const std::span<const Tints> tints = drawer.tints;
   std::vector<AccuratePicture> pictures(tints.size());
   std::vector<Probe> probes;
   BlocksByRays drawn;
   std::map<Rays, std::vector<std::size_t>> by_rays;
   for (std::size_t i = 0; i < tints.size(); ++i) {
-    const Rays rays = choose_rays(drawer, wanted, probes.emplace_back(drawer, size, i, drawn), pictures[i]);
+    const Rays rays = choose_rays(drawer, wanted, probes.emplace_back(drawer, i, drawn), pictures[i]);
     pictures[i].supersample = rays.side;
     by_rays[rays].push_back(i);
     if (rays.side == 2 && pictures[i].accuracy_db >= default_accuracy_db) probes[i].keep_errors({2}, {4});
@@ -415,10 +395,10 @@ std::vector<AccuratePicture> draw_accurate(Drawer& drawer, double wanted, const 
     if (!(pictures[i].accuracy_db > 0)) continue;
     const double correction = probes[i].correction_db(frames[i]);
     if (probes[i].has_errors()) {
-      const std::vector<std::uint8_t> holes = find_holes(frames[i], drawer.display());
+      const std::vector<std::uint8_t> holes = find_holes(frames[i], drawer.display);
       const double without = holes.empty() ? 0 : probes[i].accuracy_without(holes);
-      const double to_spare = pictures[i].accuracy_db - wanted;
-      if (without > pictures[i].accuracy_db + to_spare + min_gain_db) {
+      const double spare_db = pictures[i].accuracy_db - wanted;
+      if (without > pictures[i].accuracy_db + spare_db + min_gain_db) {
         pictures[i].accuracy_db = without;
         drawer.draw_again(hole_rays, holes, tints.subspan(i, 1), frames[i]);
       }
@@ -509,26 +489,25 @@ Frame magnify(const Frame& small, const FrameSize& size) {
 }
 
 /// dB of a whole picture, by its blocks; none: the time of the drawer's options ends before they are drawn.
-std::optional<double> accuracy_of(const Frame& frame, int supersample, Drawer& drawer,
-                                  const FrameSize& size) {
+std::optional<double> accuracy_of(const Frame& frame, int supersample, Drawer& drawer) {
   const int reference = std::min(2 * supersample, drawer.limit());
   if (reference < 2 * supersample && drawer.limit() < max_supersample) return std::nullopt;
   BlocksByRays drawn;
-  Probe probe(drawer, size, 0, drawn);
+  Probe probe(drawer, 0, drawn);
   if (2 * supersample <= max_supersample) probe.take_whole({supersample}, frame);
   // Beyond half of max_supersample no reference has twice the rays: what more rays give is added.
   const int compared = std::min(supersample, max_supersample / 2);
   const double accuracy = probe.accuracy({compared}, {reference}) +
                           db_per_doubling * std::log2(static_cast<double>(supersample) / compared);
-  return drawer.options().is_interrupted() ? std::nullopt
-                                           : std::optional(accuracy + probe.correction_db(frame));
+  return drawer.options.is_interrupted() ? std::nullopt
+                                         : std::optional(accuracy + probe.correction_db(frame));
 }
 
 /// Draws whole pictures, each with more rays than the one before, until the time ends; the last whole one
 /// stands. The first is drawn in any case.
-AccuratePicture draw_in_time(Drawer& drawer, DrawOptions& options, double seconds, const FrameSize& size,
-                             Frame& frame) {
+AccuratePicture draw_in_time(Drawer& drawer, DrawOptions& options, double seconds, Frame& frame) {
   using std::chrono::duration;
+  const FrameSize& size = drawer.size;
   const std::size_t memory_bytes = options.cells.memory_bytes;
   // An image that is being made at the end is made to its end.
   constexpr double drawing_fraction = 0.97;
@@ -550,7 +529,7 @@ AccuratePicture draw_in_time(Drawer& drawer, DrawOptions& options, double second
     wave_options.cells.memory_bytes = memory_bytes;
     const Stopwatch watch;
     std::vector<Frame> drawn;
-    const RenderStats stats = drawer.draw(wave_size, wave_options, drawer.tints(), drawn);
+    const RenderStats stats = drawer.draw(wave_size, wave_options, drawer.tints, drawn);
     if (wave_options.is_interrupted()) break;
     const double taken = watch.seconds();
     frame = wave->magnification > 1 ? magnify(drawn[0], size) : std::move(drawn[0]);
@@ -568,7 +547,7 @@ AccuratePicture draw_in_time(Drawer& drawer, DrawOptions& options, double second
   }
   options.deadline =
       end + std::chrono::duration_cast<Clock::duration>(duration<double>(0.1 * seconds + 0.15));
-  picture.accuracy_db = accuracy_of(frame, picture.supersample, drawer, size).value_or(0);
+  picture.accuracy_db = accuracy_of(frame, picture.supersample, drawer).value_or(0);
   return picture;
 }
 
@@ -578,10 +557,7 @@ void accumulate(const RenderStats& one, RenderStats& sum) {
   for (const auto& [name, seconds] : render_seconds) sum.*seconds += one.*seconds;
   sum.prepare_seconds = one.prepare_seconds;
   sum.triangles = one.triangles;
-  sum.covered_pixels += one.covered_pixels;
-  sum.evaluated_pixels += one.evaluated_pixels;
-  sum.cloth_pixels += one.cloth_pixels;
-  sum.layers = std::max(sum.layers, one.layers);
+  sum += one;
   sum.peak_image_bytes = std::max(sum.peak_image_bytes, one.peak_image_bytes);
   if (one.remarks.size() >= sum.remarks.size()) sum.remarks = one.remarks;
 }
@@ -610,13 +586,13 @@ Result<std::vector<AccuratePicture>> draw_for_goal(Renderer& renderer, const Pic
                                                    std::vector<Frame>& frames, RenderStats& stats) {
   return catch_failure([&] {
     stats = {};
-    Drawer drawer(renderer, size, camera, options, over_white(goal.display), tints, stats);
+    Drawer drawer{renderer, size, camera, options, over_white(goal.display), tints, stats};
     std::vector<AccuratePicture> pictures(tints.size(), {size.supersample});
     frames.resize(tints.size());
     if (goal.seconds)
-      pictures[0] = draw_in_time(drawer, options, *goal.seconds, size, frames[0]);
+      pictures[0] = draw_in_time(drawer, options, *goal.seconds, frames[0]);
     else if (goal.accuracy_db)
-      pictures = draw_accurate(drawer, *goal.accuracy_db, size, frames);
+      pictures = draw_accurate(drawer, *goal.accuracy_db, frames);
     else
       drawer.draw({size.supersample}, nullptr, tints, frames);
     FrameSize left = size;

@@ -369,8 +369,7 @@ struct Renderer::State {
       if (!fits)
         remarks.emplace_back(
             "light from all around has no shadows: the scene has more than 2^20 triangles, or does not fit "
-            "into "
-            "--max-memory");
+            "into --max-memory");
       sky.emplace();
       if (fits) *sky = sky_visibility(scene.mesh, casting());
     }

@@ -44,8 +44,8 @@ V3f interpolated(const V3f* values, const DirectionTaps& taps) {
 }
 
 /// The view's part of product m: its coefficient times phi_a.
-float lustre_view_factor(const FabricLevel& level, const FabricInfo& info, std::size_t texel,
-                         const DirectionTaps& views, std::size_t m) {
+float view_factor(const FabricLevel& level, const FabricInfo& info, std::size_t texel,
+                  const DirectionTaps& views, std::size_t m) {
   return level.coefficients()[texel * level.pairs.size() + m] *
          phi(*level.bases, info, level.pairs[m].x, views);
 }
@@ -55,8 +55,7 @@ V3f product_sum(const FabricLevel& level, const FabricInfo& info, std::size_t te
                 const DirectionTaps& views, const DirectionTaps& lights) {
   V3f sum(0, 0, 0);
   for (std::size_t m = 0; m < level.pairs.size(); ++m)
-    sum +=
-        lustre_view_factor(level, info, texel, views, m) * psi(*level.bases, info, level.pairs[m].y, lights);
+    sum += view_factor(level, info, texel, views, m) * psi(*level.bases, info, level.pairs[m].y, lights);
   return sum;
 }
 
@@ -123,7 +122,7 @@ std::vector<V3f> light_factors(const FabricLevel& level, const FabricInfo& info,
   std::vector<V3f> sums(lights, has_tables ? view_table : V3f(0, 0, 0));
   for (int k = 0; k < lights && !light_table.empty(); ++k) sums[k] *= light_table[index_of(texel, k, lights)];
   for (std::size_t m = 0; products && m < level.pairs.size(); ++m) {
-    const float factor = lustre_view_factor(level, info, texel, views, m);
+    const float factor = view_factor(level, info, texel, views, m);
     const V3f* psi = &level.bases->light[index_of(level.pairs[m].y, 0, lights)];
     for (int k = 0; k < lights; ++k) sums[k] += factor * psi[k];
   }

@@ -24,10 +24,8 @@ constexpr bool is_odd_in_z(std::size_t function) { return function == 3 || funct
 /// Integrals of the functions' squares over the sphere.
 inline constexpr std::array<double, smooth_function_count> smooth_norms = [] {
   constexpr double sphere = 4 * std::numbers::pi;
-  std::array<double, smooth_function_count> norms{sphere,      sphere / 3,      sphere / 3,
-                                                  sphere / 3,  sphere / 15,     sphere / 15,
-                                                  sphere / 15, sphere * 4 / 15, sphere * 4 / 5};
-  return norms;
+  return std::array{sphere,      sphere / 3,  sphere / 3,      sphere / 3,    sphere / 15,
+                    sphere / 15, sphere / 15, sphere * 4 / 15, sphere * 4 / 5};
 }();
 
 /// Radiance sum_k coefficients[k] B_k(direction), linear RGB.

@@ -14,6 +14,12 @@
 namespace selvedge {
 namespace {
 
+/// Directions over the sphere, in pairs: one picture of the scene has the depths for a direction and for its
+/// opposite.
+constexpr int direction_count = 48;
+constexpr int sky_size = 512;
+constexpr std::size_t vertices_per_task = 1024;
+
 /// Halvings of a mask.
 int halvings_of(const MaterialPicture& picture) {
   constexpr int largest = 1024;
@@ -216,29 +222,15 @@ bool Occluders::draw_into(ShadowMap& map, ShadowMap* opposite, double max_work, 
   return true;
 }
 
-namespace {
-
-/// Directions over the sphere, in pairs: one picture of the scene has the depths for a direction and for its
-/// opposite.
-constexpr int direction_count = 48;
-constexpr int sky_size = 512;
-constexpr std::size_t vertices_per_task = 1024;
-
-/// Points of a spiral over half of the sphere, each with the same part of it.
-V3f spiral_direction(int i) {
-  const double z = 1 - (2 * i + 1.0) / direction_count;
-  const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
-  const double planar = std::sqrt(1 - z * z);
-  return V3f(V3d(planar * std::cos(angle), planar * std::sin(angle), z));
-}
-
-}  // namespace
-
 SkyVisibility sky_visibility(const MergedSurfaces& mesh, const Occluders& occluders) {
   SkyVisibility sky;
-  for (int i = 0; i < direction_count; ++i) {
-    const V3f direction = spiral_direction(i / 2);
-    sky.directions.push_back(i % 2 == 0 ? direction : -direction);
+  // Points of a spiral over half of the sphere, each with the same part of it.
+  for (int i = 0; i < direction_count / 2; ++i) {
+    const double z = 1 - (2 * i + 1.0) / direction_count;
+    const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double planar = std::sqrt(1 - z * z);
+    const V3f direction(V3d(planar * std::cos(angle), planar * std::sin(angle), z));
+    sky.directions.insert(sky.directions.end(), {direction, -direction});
   }
   const std::size_t count = mesh.positions.size();
   sky.fractions.resize(count * direction_count);

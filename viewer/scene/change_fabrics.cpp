@@ -7,6 +7,40 @@
 #include <numbers>
 
 namespace selvedge {
+namespace {
+
+/// The transform that follows `transform` by a quarter turn of the cloth: with the period P, D(1/P) R D(P).
+/// It keeps the form "scale, then rotate", as R D(a, b) = D(b, a) R.
+void turn_quarter(const V2d& period, UvTransform& transform) {
+  const V2d stretch(period.x / period.y, period.y / period.x);
+  const bool on_side = std::lround(transform.rotation / (std::numbers::pi / 2)) % 2 != 0;
+  transform.scale *= on_side ? V2d(stretch.y, stretch.x) : stretch;
+  const V2d offset = transform.offset * stretch;
+  UvTransform quarter;
+  quarter.rotation = std::numbers::pi / 2;
+  transform.offset = quarter.apply_linear(offset);
+  transform.rotation = std::remainder(transform.rotation + quarter.rotation, 2 * std::numbers::pi);
+}
+
+/// The part of a primitive's material that pictures show, but for the tint of its fabric.
+SceneMaterial seen_material(const Scene& scene, const ScenePrimitive& primitive) {
+  if (primitive.material < 0) return {};
+  SceneMaterial seen = scene.materials[primitive.material];
+  seen.name.clear();
+  if (!seen.fabric) return seen;
+  SceneMaterial cloth;
+  cloth.occlusion_texture = seen.occlusion_texture;
+  cloth.occlusion_strength = seen.occlusion_strength;
+  cloth.emissive = seen.emissive;
+  cloth.emissive_texture = seen.emissive_texture;
+  cloth.alpha_mode = seen.alpha_mode;
+  cloth.fabric = seen.fabric;
+  cloth.garment_textures = seen.garment_textures;
+  cloth.garment_textures.tint = V3f(1, 1, 1);
+  return cloth;
+}
+
+}  // namespace
 
 std::vector<int> fabrics_of(const Scene& scene) {
   std::vector<int> result;
@@ -39,23 +73,6 @@ Scene change_fabrics(const Scene& scene, std::span<const Fabric> fabrics, std::s
   return result;
 }
 
-namespace {
-
-/// The transform that follows `transform` by a quarter turn of the cloth: with the period P, D(1/P) R D(P).
-/// It keeps the form "scale, then rotate", as R D(a, b) = D(b, a) R.
-void turn_quarter(const V2d& period, UvTransform& transform) {
-  const V2d stretch(period.x / period.y, period.y / period.x);
-  const bool on_side = std::lround(transform.rotation / (std::numbers::pi / 2)) % 2 != 0;
-  transform.scale *= on_side ? V2d(stretch.y, stretch.x) : stretch;
-  const V2d offset = transform.offset * stretch;
-  UvTransform quarter;
-  quarter.rotation = std::numbers::pi / 2;
-  transform.offset = quarter.apply_linear(offset);
-  transform.rotation = std::remainder(transform.rotation + quarter.rotation, 2 * std::numbers::pi);
-}
-
-}  // namespace
-
 void fit_fabrics(std::span<const FabricFit> fits, std::span<const Fabric> fabrics, Scene& scene) {
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     SceneMaterial& material = scene.materials[i];
@@ -78,28 +95,6 @@ Result<void> wear_variant(int variant, Scene& scene) {
   }
   return {};
 }
-
-namespace {
-
-/// The part of a primitive's material that pictures show, but for the tint of its fabric.
-SceneMaterial seen_material(const Scene& scene, const ScenePrimitive& primitive) {
-  if (primitive.material < 0) return {};
-  SceneMaterial seen = scene.materials[primitive.material];
-  seen.name.clear();
-  if (!seen.fabric) return seen;
-  SceneMaterial cloth;
-  cloth.occlusion_texture = seen.occlusion_texture;
-  cloth.occlusion_strength = seen.occlusion_strength;
-  cloth.emissive = seen.emissive;
-  cloth.emissive_texture = seen.emissive_texture;
-  cloth.alpha_mode = seen.alpha_mode;
-  cloth.fabric = seen.fabric;
-  cloth.garment_textures = seen.garment_textures;
-  cloth.garment_textures.tint = V3f(1, 1, 1);
-  return cloth;
-}
-
-}  // namespace
 
 bool differ_by_tints(const Scene& a, const Scene& b) {
   return std::ranges::equal(a.primitives, b.primitives,

@@ -38,6 +38,14 @@ ShownPicture shown(const ShowPicture& picture, double divisor, std::int64_t fram
   return result;
 }
 
+std::string free_file(const std::string& stem, const char* ending) {
+  std::string path;
+  std::error_code unknown;
+  for (int i = 1; path.empty() || std::filesystem::exists(path, unknown); ++i)
+    path = stem + "-" + std::to_string(i) + ending;
+  return path;
+}
+
 }  // namespace
 
 PictureThread::PictureThread(std::unique_ptr<ShowPicture> picture, std::string garment, std::string name,
@@ -53,36 +61,28 @@ PictureThread::PictureThread(std::unique_ptr<ShowPicture> picture, std::string g
 PictureThread::~PictureThread() {
   {
     const std::lock_guard lock(mutex_);
-    closes_ = true;
-    interrupted_ = true;
-    asked_ = true;
+    closes_ = interrupted_ = asked_ = true;
   }
   there_is_work_.notify_one();
   thread_.join();
 }
 
 std::uint64_t PictureThread::request(RenderRequest request) {
-  std::uint64_t number = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    if (next_) request.redraw = std::max(request.redraw, next_->redraw);
-    if (request.redraw != Redraw::none) interrupted_ = true;
-    asked_ = true;
-    next_ = std::move(request);
-    update_.is_finished = false;
-    number = ++requests_;
-  }
+  const std::lock_guard lock(mutex_);
+  if (next_) request.redraw = std::max(request.redraw, next_->redraw);
+  if (request.redraw != Redraw::none) interrupted_ = true;
+  asked_ = true;
+  next_ = std::move(request);
+  update_.is_finished = false;
   there_is_work_.notify_one();
-  return number;
+  return ++requests_;
 }
 
 void PictureThread::queue(const std::string& path, Action action, When when) {
-  {
-    const std::lock_guard lock(mutex_);
-    tasks_.push_back({when, path, action});
-    if (when == When::at_once) interrupted_ = asked_ = true;
-    update_.is_finished = false;
-  }
+  const std::lock_guard lock(mutex_);
+  tasks_.push_back({when, path, action});
+  if (when == When::at_once) interrupted_ = asked_ = true;
+  update_.is_finished = false;
   there_is_work_.notify_one();
 }
 
@@ -389,18 +389,6 @@ std::string PictureThread::show_garment(const std::string& path, const std::stri
                     first.clip});
   return remarks;
 }
-
-namespace {
-
-std::string free_file(const std::string& stem, const char* ending) {
-  std::string path;
-  std::error_code unknown;
-  for (int i = 1; path.empty() || std::filesystem::exists(path, unknown); ++i)
-    path = stem + "-" + std::to_string(i) + ending;
-  return path;
-}
-
-}  // namespace
 
 std::string PictureThread::write_picture(const std::string& stem) {
   const Frame& frame = picture_->frame();

@@ -26,9 +26,7 @@ Result<std::unique_ptr<ShowPicture>> ShowPicture::create(Scene scene, std::vecto
   if (!picture->motion_) return picture;
   picture->drawn_.clips = picture->motion_->names();
   picture->drawn_.clip_seconds = picture->motion_->clip().seconds();
-  const Result<void> posed = picture->motion_->pose(0, picture->scene_);
-  if (!posed) return tl::unexpected(posed.error());
-  return picture;
+  return picture->motion_->pose(0, picture->scene_).map([&] { return std::move(picture); });
 }
 
 Result<ShowState> ShowPicture::first_state(const CameraOptions& options, double aspect) const {
