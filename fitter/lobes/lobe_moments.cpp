@@ -181,8 +181,7 @@ void LobeMoments::compute(const TexelSamples& samples, int channel, std::span<co
   const float* radiance = samples.radiance[channel].data();
   const Job job{samples, radiance, cosine, shapes, stride_, columns_, scratch_.data(), sums_.data()};
   double* cross = sums_.data() + index(0, columns_) * stride_;
-  static const auto sum = sum_columns_for_this_processor();
-  sum(job);
+  sum_columns_for_this_processor(job);
   // The product of the cosine with itself is the same for all views.
   double cosines = 0;
   for (std::size_t light = 0; light < cosine.size(); ++light) {

@@ -590,9 +590,8 @@ std::vector<FrontLamp> make_front_lamps(const CellYarn& yarn, const CellView& vi
 }
 
 void shade(const ShadingJob& job, const ShadingBatch& batch, Group* raw) {
-  static const auto shade_all = shade_batch_for_this_processor();
   // Lanes behind the last point read what earlier points left.
-  if (batch.count > 0) shade_all(job, batch, raw);
+  if (batch.count > 0) shade_batch_for_this_processor(job, batch, raw);
 }
 
 }  // namespace selvedge

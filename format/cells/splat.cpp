@@ -565,20 +565,20 @@ void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView
 
 void find_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view,
                 const DepthGrid& window, std::span<const ShownRange> ranges, std::vector<SeenHair>& hairs) {
-  static const auto find_all = find_hairs_for_this_processor();
-  find_all(pieces, image_period(yarn, window.size), yarn.reference_height(), view, window, ranges, hairs);
+  find_hairs_for_this_processor(pieces, image_period(yarn, window.size), yarn.reference_height(), view,
+                                window, ranges, hairs);
 }
 
 void blend_hairs(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view, const DepthGrid& seen,
                  std::span<const ShownRange> hairs, const HairColours& colours, std::span<Group> raw) {
-  static const auto blend_all = blend_pieces_for_this_processor();
-  blend_all(pieces, image_period(yarn, seen.size), yarn.reference_height(), view, seen, hairs, colours, raw);
+  blend_pieces_for_this_processor(pieces, image_period(yarn, seen.size), yarn.reference_height(), view, seen,
+                                  hairs, colours, raw);
 }
 
 void splat(const CellYarn& yarn, const YarnPieces& pieces, const SplatView& view,
            std::span<const ShownRange> ranges, DepthGrid& grid) {
-  static const auto draw_all = splat_pieces_for_this_processor();
-  draw_all(pieces, image_period(yarn, grid.size), yarn.reference_height(), view, ranges, grid);
+  splat_pieces_for_this_processor(pieces, image_period(yarn, grid.size), yarn.reference_height(), view,
+                                  ranges, grid);
   for (int row = 0; row < grid.height && grid.width == grid.period.x; ++row) {
     const auto begin = grid.z.begin() + static_cast<std::ptrdiff_t>(row) * grid.stride;
     std::copy_n(begin, columns_behind, begin + grid.width);

@@ -232,7 +232,6 @@ Ray ray_of(const V2d& through, float height, const V3f& direction, float sign, c
 }  // namespace
 
 std::optional<YarnHit> Yarns::trace(const V2d& uv, float plane, const V3f& view, float width) const {
-  static const auto walk_all = walk_for_this_processor();
   // From a little higher: a ray that begins on a yarn does not enter it.
   const Grid& cells = grid();
   const float above = cells.max_z + (cells.max_z - cells.min_z) / 256;
@@ -245,7 +244,7 @@ std::optional<YarnHit> Yarns::trace(const V2d& uv, float plane, const V3f& view,
   ray.height = above - cells.min_z;
   ray.width = width;
   Met met;
-  walk_all(cells, V2f(all), data_.map.empty() ? nullptr : &data_.map, ray, false, met);
+  walk_for_this_processor(cells, V2f(all), data_.map.empty() ? nullptr : &data_.map, ray, false, met);
   if (met.segment < 0) return std::nullopt;
   YarnHit hit{met.segment, met.from_start};
   const V2f stitch = period_ / V2f(data_.map.kinds);
@@ -258,13 +257,12 @@ std::optional<YarnHit> Yarns::trace(const V2d& uv, float plane, const V3f& view,
 }
 
 bool Yarns::is_occluded(const V3f& from, const V3f& light, const YarnMap* map) const {
-  static const auto walk_all = walk_for_this_processor();
   const V2f all = map != nullptr ? repeat() : period_;
   Ray ray = ray_of(V2d(V2f(from.x, from.y)), from.z, light, 1, all);
   const Grid& cells = grid();
   ray.height = std::max(0.0F, cells.max_z - from.z);
   Met met;
-  walk_all(cells, all, map, ray, true, met);
+  walk_for_this_processor(cells, all, map, ray, true, met);
   return met.segment >= 0;
 }
 

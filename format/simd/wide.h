@@ -13,22 +13,23 @@
 #define SELVEDGE_INLINE inline __attribute__((always_inline))
 
 /// Instantiates the template `name<N>` for the vector widths of SSE, AVX2 and AVX-512, and defines
-/// name##_for_this_processor(), which returns the widest one that the processor supports. Works under the
+/// name##_for_this_processor(), which calls the widest one that the processor supports. Works under the
 /// thread sanitizer, because nothing is resolved before main.
 // NOLINTBEGIN(bugprone-macro-parentheses): parameters of functions, not expressions
 #if defined(__x86_64__) && defined(__GNUC__)
-#define SELVEDGE_THREE_BODIES(name, parameters, arguments)                                             \
-  void name##_plain parameters { name<4> arguments; }                                                  \
-  __attribute__((target("avx2,fma"))) void name##_avx2 parameters { name<8> arguments; }               \
-  __attribute__((target("avx512f,fma"))) void name##_avx512 parameters { name<16> arguments; }         \
-  auto name##_for_this_processor()->void(*) parameters {                                               \
-    if (__builtin_cpu_supports("avx512f") != 0) return name##_avx512;                                  \
-    if (__builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0) return name##_avx2; \
-    return name##_plain;                                                                               \
+#define SELVEDGE_THREE_BODIES(name, parameters, arguments)                                        \
+  void name##_plain parameters { name<4> arguments; }                                             \
+  __attribute__((target("avx2,fma"))) void name##_avx2 parameters { name<8> arguments; }          \
+  __attribute__((target("avx512f,fma"))) void name##_avx512 parameters { name<16> arguments; }    \
+  void name##_for_this_processor parameters {                                                     \
+    static const bool has_avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); \
+    static const auto widest = __builtin_cpu_supports("avx512f") ? name##_avx512                  \
+                               : has_avx2                        ? name##_avx2                    \
+                                                                 : name##_plain;                                         \
+    widest arguments;                                                                             \
   }
 #else
 #define SELVEDGE_THREE_BODIES(name, parameters, arguments) \
-  void name##_plain parameters { name<4> arguments; }      \
-  auto name##_for_this_processor()->void(*) parameters { return name##_plain; }
+  void name##_for_this_processor parameters { name<4> arguments; }
 #endif
 // NOLINTEND(bugprone-macro-parentheses)

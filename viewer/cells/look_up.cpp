@@ -270,19 +270,17 @@ const CellLook* CellPass::look_at(TriangleSide surface, std::int32_t repeat_u, s
 }
 
 void CellPass::sample(const CellPixels& pixels, CellShading& shading, const CellPixels* marked) const {
-  static const auto place_all = place_lanes_for_this_processor();
-  static const auto look_all = look_lanes_for_this_processor();
   PlaneLanes planes;
   planes.pixels = &pixels;
   planes.units = static_cast<float>(store_.patches().units_per_repeat());
   for (std::size_t lane = 0; lane < lane_count; ++lane)
     planes.from[lane] = planes_[pixels.surface[lane] / 2].coefficients.data();
   LanePlaces places;
-  place_all(planes, places);
+  place_lanes_for_this_processor(planes, places);
   LanePlaces marked_places;
   if (marked != nullptr) {
     planes.pixels = marked;
-    place_all(planes, marked_places);
+    place_lanes_for_this_processor(planes, marked_places);
   }
   const LanePlaces& own_places = marked != nullptr ? marked_places : places;
   LookLanes lanes;
@@ -323,7 +321,7 @@ void CellPass::sample(const CellPixels& pixels, CellShading& shading, const Cell
                 of_variation.repeat_v[lane] - static_cast<int>(wholes[3]), places.u[lane], places.v[lane]);
     if (beyond->heights != nullptr && beyond->plane_lights == part.plane_lights) lanes.looks[lane] = beyond;
   }
-  look_all(places, lanes);
+  look_lanes_for_this_processor(places, lanes);
   for (std::size_t lane = 0; own != 0 && lane < lane_count; ++lane) {
     const CellLook& seen = *lanes.looks[lane];
     if (seen.plane_lights == 0) continue;

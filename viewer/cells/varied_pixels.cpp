@@ -141,13 +141,11 @@ SELVEDGE_THREE_BODIES(vary_lanes,
 }  // namespace
 
 void place_pixels(const Variation& variation, const LaneFloats& fraction, VariedPixels& pixels) {
-  static const auto place_all = place_lanes_for_this_processor();
-  place_all(variation, fraction, pixels);
+  place_lanes_for_this_processor(variation, fraction, pixels);
 }
 
 void find_variation_factors(const Variation& variation, const VariedPixels& pixels, LaneFloats& factors) {
-  static const auto vary_all = vary_lanes_for_this_processor();
-  vary_all(variation, pixels, factors);
+  vary_lanes_for_this_processor(variation, pixels, factors);
 }
 
 }  // namespace selvedge

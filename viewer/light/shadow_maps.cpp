@@ -164,7 +164,6 @@ ShadowMap Occluders::draw(const ShadowView& view, ShadowMap* opposite) const {
 
 /// False once texels and rows of triangles are more than `max_work`.
 bool Occluders::draw_into(ShadowMap& map, ShadowMap* opposite, double max_work, double& done) const {
-  static const auto lower_row = lower_for_this_processor();
   const ShadowView& view = map.view;
   const std::size_t size = view.size;
   map.depths.assign(size * size, 1);
@@ -196,9 +195,9 @@ bool Occluders::draw_into(ShadowMap& map, ShadowMap* opposite, double max_work, 
         const std::size_t texel = y * size + x;
         const double there = depth + triangle.depth.x * (x - first);
         const auto step = static_cast<float>(triangle.depth.x);
-        lower_row(&map.depths[texel], count, static_cast<float>(there), step);
+        lower_for_this_processor(&map.depths[texel], count, static_cast<float>(there), step);
         if (opposite != nullptr)
-          lower_row(&opposite->depths[texel], count, static_cast<float>(1 - there), -step);
+          lower_for_this_processor(&opposite->depths[texel], count, static_cast<float>(1 - there), -step);
       };
       if (!mask) {
         if (first <= last) put(first, last - first + 1);

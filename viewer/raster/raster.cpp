@@ -92,8 +92,7 @@ SELVEDGE_THREE_BODIES(merge_lanes,
 
 void merge_sides(const std::array<RasterRows, 2>& sides, std::size_t from, std::span<TriangleSide> nearest,
                  std::span<TriangleSide> behind) {
-  static const auto merge_all = merge_lanes_for_this_processor();
-  merge_all(sides, from, nearest, behind);
+  merge_lanes_for_this_processor(sides, from, nearest, behind);
 }
 
 Raster::Triangle Raster::set_up(const MergedSurfaces& mesh, const ProjectedVertices& projected,
@@ -214,7 +213,6 @@ void Raster::each_span(int strip, const Wanted& wanted, const Visit& visit) cons
 }
 
 void Raster::draw(int strip, RasterRows& to) const {
-  static const auto draw_all = draw_spans_for_this_processor();
   const int first = strip * strip_rows;
   to.stride = width_ + max_lanes;
   const std::size_t size = to.stride * (std::min(first + strip_rows, rows_) - first);
@@ -232,10 +230,10 @@ void Raster::draw(int strip, RasterRows& to) const {
                         static_cast<float>(t.depth[0]),
                         static_cast<std::int32_t>(t.surface)};
     if (waiting < spans.size()) return;
-    draw_all(spans.data(), waiting, to);
+    draw_spans_for_this_processor(spans.data(), waiting, to);
     waiting = 0;
   });
-  draw_all(spans.data(), waiting, to);
+  draw_spans_for_this_processor(spans.data(), waiting, to);
 }
 
 void Raster::find_hits(int strip, std::span<const std::uint32_t> pixels, std::vector<DeepHit>& to) const {
