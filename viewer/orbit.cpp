@@ -1,6 +1,5 @@
 #include "viewer/orbit.h"
 
-#include <Imath/ImathBox.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -33,8 +32,7 @@ Camera camera_axes(const CameraOptions& options) {
 }
 
 std::vector<V3d> box_corners(std::span<const V3d> points) {
-  Imath::Box3d bounds;
-  for (const V3d& point : points) bounds.extendBy(point);
+  const Imath::Box3d bounds = bounding_box(points);
   std::vector<V3d> corners;
   for (const double x : {bounds.min.x, bounds.max.x})
     for (const double y : {bounds.min.y, bounds.max.y})
@@ -44,11 +42,7 @@ std::vector<V3d> box_corners(std::span<const V3d> points) {
 
 Result<CameraOptions> start_orbit(std::span<const V3d> points, double aspect, const CameraOptions& options) {
   CameraOptions orbit = options;
-  if (!orbit.look_at) {
-    Imath::Box3d bounds;
-    for (const V3d& point : points) bounds.extendBy(point);
-    orbit.look_at = bounds.center();
-  }
+  if (!orbit.look_at) orbit.look_at = bounding_box(points).center();
   const Result<Camera> camera = make_camera(points, aspect, orbit);
   if (!camera) return tl::unexpected(camera.error());
   if (!orbit.distance) {
@@ -96,8 +90,7 @@ V3d turn_light(const V3d& direction, const V2d& drag) {
 Result<std::vector<CameraOptions>> turntable(std::span<const V3d> points, double aspect,
                                              const CameraOptions& options, int frames, bool has_top) {
   std::vector<CameraOptions> views(frames + (has_top ? 1 : 0), options);
-  Imath::Box3d box;
-  for (const V3d& point : points) box.extendBy(point);
+  const Imath::Box3d box = bounding_box(points);
   double distance = 0;
   for (int i = 0; i < static_cast<int>(views.size()); ++i) {
     if (i < frames)

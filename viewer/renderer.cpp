@@ -1,6 +1,5 @@
 #include "viewer/renderer.h"
 
-#include <Imath/ImathBox.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -453,9 +452,7 @@ struct Renderer::State {
     shadow_maps.clear();
     floor.reset();
     // Coordinates relative to the scene's centre keep their precision in float.
-    Imath::Box3d bounds;
-    for (const V3d& point : value_or_throw(world_points(source))) bounds.extendBy(point);
-    scene.origin = bounds.center();
+    scene.origin = bounding_box(value_or_throw(world_points(source))).center();
     const std::vector<Surface> surfaces = value_or_throw(build_surfaces(source, scene.origin));
     MergedSurfaces mesh = merge(surfaces);
     own_tints = tints_of(source);

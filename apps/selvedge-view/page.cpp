@@ -1,7 +1,6 @@
 // page: garments and fabrics as one file that a browser shows by itself.
 #include "apps/selvedge-view/page.h"
 
-#include <Imath/ImathBox.h>
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -120,8 +119,7 @@ std::string frame_attributes(const Scene& scene, const CommonOptions& common) {
   report_remarks(common, "note", framing.stray_remarks);
   std::string text;
   if (!framing.excluded_corners.empty()) {
-    Imath::Box3d box;
-    for (const V3d& point : framing.points) box.extendBy(point);
+    const Imath::Box3d box = bounding_box(framing.points);
     text += fmt::format(" data-box=\"{},{},{},{},{},{}\"", box.min.x, box.min.y, box.min.z, box.max.x,
                         box.max.y, box.max.z);
   }

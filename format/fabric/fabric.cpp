@@ -54,13 +54,6 @@ FabricLevel mean_texels(const FabricLevel& level, const V2i& size, const V2i& ma
   return result;
 }
 
-/// A level whose texels are means of a finer one's.
-FabricLevel coarser_level(const FabricLevel& finer) {
-  const V2i size(std::max(finer.width / 2, 1), std::max(finer.height / 2, 1));
-  return mean_texels(finer, size, {finer.width, finer.height},
-                     [&](int x, int y) { return y * finer.width + x; });
-}
-
 }  // namespace
 
 void FabricLevel::copy_texels(const FabricLevel& coarser, int steps) {
@@ -83,8 +76,6 @@ void FabricLevel::copy_texels(const FabricLevel& coarser, int steps) {
     set_layer(kind, std::move(layer));
   }
 }
-
-void FabricLevel::set_layer(LayerKind kind, Layer layer) { layers_[index_of(kind)] = std::move(layer); }
 
 void FabricLevel::set_yarns(std::shared_ptr<const Yarns> yarns) {
   remove_layer(LayerKind::yarns);
@@ -130,8 +121,12 @@ Fabric arranged(const Fabric& fabric) {
   const auto with_all_texels = [&](const Fabric& side) {
     Fabric result{side, {}, {}};
     result.levels.push_back(shown_texels(side.levels.front(), map, {0, 0}, map.size));
-    while (static_cast<int>(result.levels.size()) < level_count(map.size.x, map.size.y))
-      result.levels.push_back(coarser_level(result.levels.back()));
+    for (int k = 1; k < level_count(map.size.x, map.size.y); ++k) {
+      const FabricLevel& finer = result.levels.back();
+      const V2i size(level_size(map.size.x, k), level_size(map.size.y, k));
+      result.levels.push_back(mean_texels(finer, size, {finer.width, finer.height},
+                                          [&](int x, int y) { return y * finer.width + x; }));
+    }
     return result;
   };
   Fabric result = with_all_texels(fabric);

@@ -59,7 +59,7 @@ struct FabricLevel {
   }
   /// The layer of the bases is always empty.
   const Layer& operator[](LayerKind kind) const { return layers_[index_of(kind)]; }
-  void set_layer(LayerKind kind, Layer layer);
+  void set_layer(LayerKind kind, Layer layer) { layers_[index_of(kind)] = std::move(layer); }
   /// Sets a layer of equal values.
   void add_layer(LayerKind kind, int channels, float value = 0) {
     set_layer(kind, {channels, std::vector<float>(std::size_t{1} * texels() * channels, value)});

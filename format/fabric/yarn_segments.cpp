@@ -317,10 +317,7 @@ void Yarns::derive_segments() const {
   Derived& all = *derived_;
   all.low = std::numeric_limits<float>::max();
   all.high = std::numeric_limits<float>::lowest();
-  std::size_t count = 0;
-  for (const YarnCurve& curve : data_.curves)
-    count += segment_count(curve) + std::size_t{hair_point_count - 1} * std::abs(curve.hairs.count);
-  all.segments.reserve(count);
+  all.segments.reserve(piece_count(data_));
   for_each_curve(data_, [&](std::size_t c, const YarnCurve& curve, std::span<const V3f> nodes) {
     const std::size_t first = all.segments.size();
     all.first_segment.push_back(static_cast<int>(first));

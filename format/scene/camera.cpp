@@ -1,6 +1,5 @@
 #include "format/scene/camera.h"
 
-#include <Imath/ImathBox.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,6 +33,12 @@ void apply_zoom(const CameraOptions& options, Camera& camera) {
 }
 
 }  // namespace
+
+Imath::Box3d bounding_box(std::span<const V3d> points) {
+  Imath::Box3d box;
+  for (const V3d& point : points) box.extendBy(point);
+  return box;
+}
 
 M44d clip_matrix(const Camera& camera, const V3d& origin) {
   const V3d back = camera.image_normal();
@@ -91,8 +96,7 @@ Result<Camera> make_camera(std::span<const V3d> points, double aspect, const Cam
   camera.up = back.cross(camera.right).normalized();
   camera.to_viewer = back;
 
-  Imath::Box3d bounds;
-  for (const V3d& point : points) bounds.extendBy(point);
+  const Imath::Box3d bounds = bounding_box(points);
   const V3d look_at = options.look_at.value_or(bounds.center());
   const double size = std::max((bounds.max - bounds.min).length(), 1e-9);
   const double slope_y = std::tan(options.field_of_view * radians_per_degree / 2);

@@ -1,6 +1,8 @@
 // Cameras: perspective and parallel projections, from options that frame a scene or from the scene's own.
 #pragma once
 
+#include <Imath/ImathBox.h>
+
 #include <numbers>
 #include <optional>
 #include <span>
@@ -36,6 +38,8 @@ struct Camera {
 
   V3d image_normal() const { return right.cross(up); }
 };
+
+Imath::Box3d bounding_box(std::span<const V3d> points);
 
 /// World -> OpenGL clip space (row vectors: clip = p * M), for coordinates taken relative to `origin`.
 M44d clip_matrix(const Camera& camera, const V3d& origin);

@@ -141,8 +141,7 @@ Result<Framing> frame_scene(const Scene& scene) {
     };
     for (const SceneInstance* part : cloth)
       frame(*part, false, [&](const V3d& point) { return stray_distance_of(point, bulk) == 0; });
-    Imath::Box3d beside;
-    for (const V3d& point : framing.points) beside.extendBy(point);
+    Imath::Box3d beside = bounding_box(framing.points);
     const V3d margin(beside_distance * beside.size().length());
     beside = Imath::Box3d(beside.min - margin, beside.max + margin);
     for (const SceneInstance& part : scene.instances)

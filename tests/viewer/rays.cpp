@@ -294,9 +294,7 @@ V4f shade(const Garment& garment, TriangleSide surface, int x, int y, PixelTexel
 Frame march(const Scene& scene, std::span<const Fabric> fabrics, const Camera& camera, const V2i& size,
             std::span<const Light> lights, int shadows, int layers, int forced) {
   Garment garment{camera, size * rays_per_side, lights, forced};
-  Imath::Box3d bounds;
-  for (const V3d& point : value_or_throw(world_points(scene))) bounds.extendBy(point);
-  garment.origin = bounds.center();
+  garment.origin = bounding_box(value_or_throw(world_points(scene))).center();
   const std::vector<Surface> surfaces = value_or_throw(build_surfaces(scene, garment.origin));
   std::vector<std::string> remarks;
   garment.materials = materials_of(scene, surfaces, remarks);
