@@ -269,14 +269,14 @@ class FrameRenderer {
                    Stopwatch& watch, RenderStats& stats) {
     for (int side = 0; side < 2; ++side) {
       DrawnSide& drawn = sides[side];
-      deep.add_depth_layer(side, 0, drawn);
-      for (int round = 1; round < layers_ && deep.has_depth_layer(side, round); ++round) {
+      bool has_more = deep.add_depth_layer(side, 0, drawn);
+      for (int round = 1; round < layers_ && has_more; ++round) {
         pass_.draw(side, round, first_row, drawn.triangle_list);
         pass_.finish();
         watch.add_lap(stats.geometry_seconds);
         pass_.read(side, round, rows, drawn);
         watch.add_lap(stats.read_back_seconds);
-        deep.add_depth_layer(side, round, drawn);
+        has_more = deep.add_depth_layer(side, round, drawn);
       }
     }
   }
@@ -293,7 +293,8 @@ class FrameRenderer {
       stats += shade_deep_pixels(scene, cells_, deep, layers_, pixels);
     }
     watch.add_lap(stats.evaluation_seconds);
-    filter_band(bands_, first_row, band.large, frames);
+    for (std::size_t i = 0; i < frames.size() && bands_.supersample > 1; ++i)
+      box_filter(band.large[i], first_row, bands_.supersample, frames[i]);
     watch.add_lap(stats.filter_seconds);
   }
 

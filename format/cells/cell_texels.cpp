@@ -220,9 +220,11 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
   const YarnMap* const map = view.size.shows_map ? front_.fabric->find_map() : nullptr;
   const auto& stored = front_.fabric->levels;
   const ImageTexels shown = texels_of(view, stored[map != nullptr ? 0 : number], number);
-  const FabricLevel of_map =
-      map != nullptr ? level_of_map(*front_.fabric, *map, view, number, shown) : FabricLevel();
-  const FabricLevel& level = map != nullptr ? of_map : stored[number];
+  std::array<FabricLevel, 2> of_map;
+  const auto level_of = [&](const Fabric& fabric, FabricLevel& made) -> const FabricLevel& {
+    return map != nullptr ? made = level_of_map(fabric, *map, view, number, shown) : fabric.levels[number];
+  };
+  const FabricLevel& level = level_of(*front_.fabric, of_map[0]);
   const std::size_t count = level.texels();
   std::vector<Quad> texels(count * view.plane_count);
   const TappedDirection seen(front_.fabric->views, view.view);
@@ -241,9 +243,7 @@ void CellTexels::add_level(const CellView& view, int number, float weight, std::
     }
     std::optional<SmoothLight> around = view.environment;
     if (around && behind) around = mirrored(*around);
-    const FabricLevel through =
-        map != nullptr && behind ? level_of_map(*layer.fabric, *map, view, number, shown) : FabricLevel();
-    const FabricLevel& own = !behind ? level : map != nullptr ? through : layer.fabric->levels[number];
+    const FabricLevel& own = behind ? level_of(*layer.fabric, of_map[1]) : level;
     const SmoothLight* const smooth = around ? &*around : nullptr;
     if (is_linear(own))
       add_linear(own, *layer.fabric, layer.response, seen.taps, lamps, smooth, alpha, texels);

@@ -449,30 +449,26 @@ SELVEDGE_THREE_BODIES(find_hairs,
                       (pieces, period, plane, view, window, ranges, hairs))
 
 /// Windows of rays that stand for `width` mm, along one axis.
-class WindowAxis {
- public:
-  WindowAxis(float period, int texels, int first, int count, float slope, float plane)
-      : period_(period), slope_(slope), plane_(plane) {
-    const float texel = period / static_cast<float>(texels);
-    // Lines of hairs reach half a texel farther, and numbers are rounded.
-    begin_ = (static_cast<float>(first) - 1) * texel;
-    length_ = (static_cast<float>(count) + 2) * texel;
-  }
+struct WindowAxis {
+  float period;
+  int texels, first, count;  ///< of the period and of the window
+  float slope, plane;
+  float texel = period / static_cast<float>(texels);
+  // Lines of hairs reach half a texel farther, and numbers are rounded.
+  float begin = (static_cast<float>(first) - 1) * texel;
+  float length = (static_cast<float>(count) + 2) * texel;
   /// Whether the rays may pass a box that is `wider` at its ends.
   bool meets(float low, float high, float low_z, float high_z, float wider) const {
-    const float lifted = std::max(slope_ * (low_z - plane_), slope_ * (high_z - plane_));
-    const float lowered = std::min(slope_ * (low_z - plane_), slope_ * (high_z - plane_));
-    const float beside = wider * (1 + std::abs(slope_));
+    const float lifted = std::max(slope * (low_z - plane), slope * (high_z - plane));
+    const float lowered = std::min(slope * (low_z - plane), slope * (high_z - plane));
+    const float beside = wider * (1 + std::abs(slope));
     const float from = low - lifted - beside;
     const float to = high - lowered + beside;
-    if (to - from + length_ >= period_) return true;
-    const float after = from - begin_;
-    const float at = after - std::floor(after / period_) * period_;
-    return at <= length_ || at + (to - from) >= period_;
+    if (to - from + length >= period) return true;
+    const float after = from - begin;
+    const float at = after - std::floor(after / period) * period;
+    return at <= length || at + (to - from) >= period;
   }
-
- private:
-  float period_, slope_, plane_, begin_ = 0, length_ = 0;
 };
 
 void append(const PieceRange& range, const V2f& shift, std::vector<ShownRange>& to) {
@@ -518,8 +514,8 @@ void find_pieces(const CellYarn& yarn, const YarnPieces& pieces, const SplatView
   shown.hairs.clear();
   const V2f period = image_period(yarn, window.size);
   const float plane = yarn.reference_height();
-  const WindowAxis x(period.x, window.period.x, window.window_origin.x, window.width, view.slope.x, plane);
-  const WindowAxis y(period.y, window.period.y, window.window_origin.y, window.height, view.slope.y, plane);
+  const WindowAxis x{period.x, window.period.x, window.window_origin.x, window.width, view.slope.x, plane};
+  const WindowAxis y{period.y, window.period.y, window.window_origin.y, window.height, view.slope.y, plane};
   const float hair_radius =
       std::min(std::max(view.ray_width / 2, pieces.thickest_hair_radius), pieces.widest_hair_radius);
   const float min_shown_radius = std::min(view.ray_width / 2, pieces.min_hair_bound);

@@ -135,13 +135,14 @@ SELVEDGE_INLINE void meet_block(const Yarns::Block& block, const V3f& at, const 
 
 /// Walks along one axis of the cells.
 struct CellAxis {
-  CellAxis(float origin, float direction, float size, int cells)
-      : step(direction > 0 ? 1 : -1), count(cells) {
-    cell = std::clamp(static_cast<int>(origin / size), 0, cells - 1);
-    const float edge = static_cast<float>(cell + (direction > 0 ? 1 : 0)) * size;
-    leaves = direction != 0 ? (edge - origin) / direction : no_yarn;
-    each = direction != 0 ? size / std::abs(direction) : no_yarn;
-  }
+  float origin, direction, size;
+  int count;
+  int step = direction > 0 ? 1 : -1;
+  int cell = std::clamp(static_cast<int>(origin / size), 0, count - 1);
+  int taken = 0;
+  float edge = static_cast<float>(cell + (direction > 0 ? 1 : 0)) * size;
+  float leaves = direction != 0 ? (edge - origin) / direction : no_yarn;
+  float each = direction != 0 ? size / std::abs(direction) : no_yarn;
   /// Whether the ray comes into the next repeat.
   bool advance() {
     ++taken;
@@ -151,12 +152,6 @@ struct CellAxis {
     return true;
   }
   float next() const { return leaves + static_cast<float>(taken) * each; }
-  int cell = 0;
-  int step;
-  int count;
-  int taken = 0;
-  float leaves = 0;
-  float each = 0;
 };
 
 template <std::size_t N>
@@ -165,8 +160,8 @@ SELVEDGE_INLINE void walk(const Yarns::Grid& grid, const V2f& period, const Yarn
   const V3f& direction = ray.direction;
   const V2i per_stitch = map != nullptr ? grid.count / map->kinds : grid.count;
   const V2i count = map != nullptr ? per_stitch * map->size : grid.count;
-  CellAxis x(ray.origin.x, direction.x, grid.size.x, count.x);
-  CellAxis y(ray.origin.y, direction.y, grid.size.y, count.y);
+  CellAxis x{ray.origin.x, direction.x, grid.size.x, count.x};
+  CellAxis y{ray.origin.y, direction.y, grid.size.y, count.y};
   // Ways, by layer, from the ray's cell to the one of the stitch that a map shows there.
   std::vector<std::ptrdiff_t> to_shown(map != nullptr ? grid.layers.size() : 0);
   V2i stitch(-1, -1);

@@ -19,15 +19,6 @@ V3d carried(const V3d& across, const V3d& way, const V3d& tangent, const V3d& ne
   return turn2 == 0 ? reflected : reflected - turn * (2 * turn.dot(reflected) / turn2);
 }
 
-V3d any_across(const V3d& tangent) {
-  const V3d axis = angles_from_x_axis(V3f(tangent)) ? V3d(1, 0, 0) : V3d(0, 0, 1);
-  return (axis - tangent * axis.dot(tangent)).normalized();
-}
-
-V3d rotated(const V3d& d, const V3d& unit_axis, double angle) {
-  return d * std::cos(angle) + unit_axis.cross(d) * std::sin(angle);
-}
-
 /// The direction at node i of those from one before the first to one behind the last.
 V3d tangent_at(std::span<const V3d> nodes, int i) {
   const V3d before = nodes[i + 1] - nodes[i];
@@ -54,7 +45,9 @@ Axis axis_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& peri
     axis.nodes.push_back(V3d(nodes[i - repeat * count]) + axis.turns * static_cast<double>(repeat));
   }
   for (int i = 0; i <= count; ++i) axis.tangent.push_back(tangent_at(axis.nodes, i));
-  axis.across.push_back(any_across(axis.tangent[0]));
+  const V3d& tangent = axis.tangent[0];
+  const V3d upright = angles_from_x_axis(V3f(tangent)) ? V3d(1, 0, 0) : V3d(0, 0, 1);
+  axis.across.push_back((upright - tangent * upright.dot(tangent)).normalized());
   axis.length.push_back(0);
   for (int i = 0; i < count; ++i) {
     const V3d way = axis.nodes[i + 2] - axis.nodes[i + 1];
@@ -63,8 +56,11 @@ Axis axis_of(const YarnCurve& curve, std::span<const V3f> nodes, const V2f& peri
   }
   const double turned = std::atan2(axis.across[0].cross(axis.across[count]).dot(axis.tangent[0]),
                                    axis.across[0].dot(axis.across[count]));
-  for (int i = 0; i <= count; ++i)
-    axis.across[i] = rotated(axis.across[i], axis.tangent[i], -turned * axis.length[i] / axis.length[count]);
+  for (int i = 0; i <= count; ++i) {
+    const double angle = -turned * axis.length[i] / axis.length[count];
+    axis.across[i] =
+        axis.across[i] * std::cos(angle) + axis.tangent[i].cross(axis.across[i]) * std::sin(angle);
+  }
   return axis;
 }
 

@@ -463,19 +463,18 @@ V4f shade_surface(const FrameScene& scene, TriangleSide seen, const V2i& pixel, 
   return light;
 }
 
-bool DeepPixels::has_depth_layer(int side, int round) const {
-  return std::any_of(pixels_.begin(), pixels_.end(), [&](const Pixel& p) { return p.counts[side] > round; });
-}
-
-void DeepPixels::add_depth_layer(int side, int round, const DrawnSide& drawn) {
+bool DeepPixels::add_depth_layer(int side, int round, const DrawnSide& drawn) {
+  bool has_more = false;
   for (std::uint32_t number = 0; number < pixels_.size(); ++number) {
     const Pixel& p = pixels_[number];
     const float depth = drawn.depth[p.index_in_band];
+    has_more |= p.counts[side] > round + 1;
     if (p.counts[side] <= round || !(depth < 1)) continue;
     hits_.push_back({p.index_in_band, depth, drawn.surface_at(p.index_in_band, side), number,
                      static_cast<std::uint32_t>(pbr_.size())});
     pbr_.push_back(drawn.pbr_at(p.index_in_band));
   }
+  return has_more;
 }
 
 DeepLayers DeepPixels::sorted_layers() {

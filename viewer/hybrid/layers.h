@@ -55,10 +55,8 @@ class DeepPixels {
   void add_pixels(std::span<const Pixel> more) { pixels_.insert(pixels_.end(), more.begin(), more.end()); }
   bool empty() const { return pixels_.empty(); }
   Group& transparency_at(std::size_t number) { return pixels_[number].transparency; }
-  /// Whether some pixel has a surface of this side in this round.
-  bool has_depth_layer(int side, int round) const;
-  /// Adds the surfaces that a round has drawn at these pixels.
-  void add_depth_layer(int side, int round, const DrawnSide& drawn);
+  /// Adds the surfaces that a round has drawn at these pixels. Returns whether some pixel has one more.
+  bool add_depth_layer(int side, int round, const DrawnSide& drawn);
   DeepLayers sorted_layers();
 
  private:

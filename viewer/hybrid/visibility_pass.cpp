@@ -73,13 +73,6 @@ BandPixels pixels_of(const FrameBands& bands, int first_row, std::span<Frame> fr
   return pixels;
 }
 
-void filter_band(const FrameBands& bands, int first_row, const std::vector<std::vector<V4f>>& large,
-                 std::span<Frame> frames) {
-  if (bands.supersample == 1) return;
-  for (std::size_t i = 0; i < frames.size(); ++i)
-    box_filter(large[i], first_row, bands.supersample, frames[i]);
-}
-
 void VisibilityPass::bind_surface(std::size_t surface) const {
   if (!has_pbr_) return;
   const SurfaceMaterial& material = materials_.surfaces[surface];

@@ -46,11 +46,9 @@ struct BandPixels {
 };
 
 /// The pixels of the band that begins at `first_row`: pixels of the frames, or with supersampling pixels of
-/// `large`, which filter_band() averages.
+/// `large`, which box_filter() averages.
 BandPixels pixels_of(const FrameBands& bands, int first_row, std::span<Frame> frames,
                      std::vector<std::vector<V4f>>& large);
-void filter_band(const FrameBands& bands, int first_row, const std::vector<std::vector<V4f>>& large,
-                 std::span<Frame> frames);
 
 /// One side of the cloth in a band of rows, bottom row first (as OpenGL has it); pixel (x, y) at
 /// y * width + x.

@@ -32,17 +32,15 @@ double stretch_of(const std::array<V3d, 3>& p, const std::array<V2d, 3>& at) {
 }
 
 /// Lower bounds of the step between neighbouring pixels on textures, in frames of `height` pixels.
-class StepBound {
- public:
-  /// `camera` must outlive the object.
-  StepBound(const Camera& camera, int height)
-      : camera_(camera),
-        clip_(clip_matrix(camera, V3d(0, 0, 0))),
-        pixel_(2 * camera.window_half_size.y / height) {
-    const V2d farthest(std::abs(camera.window_centre.x) + camera.window_half_size.x,
-                       std::abs(camera.window_centre.y) + camera.window_half_size.y);
-    max_slope2_ = farthest.length2();
-  }
+struct StepBound {
+  const Camera& camera;
+  int height;
+  M44d clip = clip_matrix(camera, V3d(0, 0, 0));
+  double pixel = 2 * camera.window_half_size.y / height;
+  /// Squared tangent of the largest angle between a ray of the frame and the axis.
+  double max_slope2 = V2d(std::abs(camera.window_centre.x) + camera.window_half_size.x,
+                          std::abs(camera.window_centre.y) + camera.window_half_size.y)
+                          .length2();
 
   /// A lower bound of the step of a triangle at `points` (world, m) with texture coordinates `at`, in their
   /// units, between some pixel of it and its neighbour to the right or above, the longer of the two; infinite
@@ -56,7 +54,6 @@ class StepBound {
     return std::isnan(step) ? 0.0 : step;
   }
 
- private:
   /// Length of the shorter axis of a footprint, m; infinite: no pixel sees the triangle.
   double span_of(const std::array<V3d, 3>& p) const {
     double nearest = HUGE_VAL;
@@ -64,30 +61,25 @@ class StepBound {
     std::array<int, 4> outside{};
     for (const V3d& corner : p) {
       const auto row = [&](unsigned k) {
-        return corner.x * clip_[0][k] + corner.y * clip_[1][k] + corner.z * clip_[2][k] + clip_[3][k];
+        return corner.x * clip[0][k] + corner.y * clip[1][k] + corner.z * clip[2][k] + clip[3][k];
       };
       const double w = row(3);
       outside[0] += row(0) < -w ? 1 : 0;
       outside[1] += row(0) > w ? 1 : 0;
       outside[2] += row(1) < -w ? 1 : 0;
       outside[3] += row(1) > w ? 1 : 0;
-      const V3d away = camera_.position - corner;
-      const double depth = away.dot(camera_.image_normal());
+      const V3d away = camera.position - corner;
+      const double depth = away.dot(camera.image_normal());
       nearest = std::min(nearest, depth);
       slope2 = std::max(slope2, away.length2() / (depth * depth) - 1);
     }
     if (std::ranges::any_of(outside, [](int n) { return n == 3; })) return HUGE_VAL;
-    if (camera_.projection == Projection::parallel)
-      return pixel_ * std::abs(camera_.to_viewer.normalized().dot(camera_.image_normal()));
+    if (camera.projection == Projection::parallel)
+      return pixel * std::abs(camera.to_viewer.normalized().dot(camera.image_normal()));
     // The footprint is the projection of the pixel's disc along the ray: never smaller than the disc.
-    if (!(nearest > 0) || !(slope2 < max_slope2_)) slope2 = max_slope2_;
-    return pixel_ * std::max(nearest, camera_.near) / std::sqrt(1 + slope2);
+    if (!(nearest > 0) || !(slope2 < max_slope2)) slope2 = max_slope2;
+    return pixel * std::max(nearest, camera.near) / std::sqrt(1 + slope2);
   }
-
-  const Camera& camera_;
-  M44d clip_;
-  double pixel_;
-  double max_slope2_ = 0;  ///< of the largest angle between a ray of the frame and the axis
 };
 
 /// A mapping of a surface in texels of pictures of one size.
@@ -117,7 +109,7 @@ std::vector<int> shown_halvings(const MergedSurfaces& mesh, const Materials& mat
                                 const Camera& camera, int height) {
   std::vector<int> halvings(materials.pictures.size(), halvings_of_hidden);
   if (halvings.empty() || !materials.needs_pbr()) return halvings;
-  const StepBound step(camera, height);
+  const StepBound step{camera, height};
   for (const TriangleSpan& span : spans_of(mesh)) {
     std::vector<Mapped> all = mapped_pictures(materials.pbr[span.surface], materials.pictures);
     if (all.empty()) continue;
