@@ -109,12 +109,6 @@ bool has_lobes(const LevelCandidate& candidate) { return candidate.lobes.has(Lay
 constexpr std::size_t min_pairs = 16;
 constexpr double max_brightness = 1.25;
 
-float interpolated(const DirectionTaps& taps, const float* values) {
-  float sum = 0;
-  for (std::size_t i = 0; i < 4; ++i) sum += taps.weight[i] * values[taps.cell[i]];
-  return sum;
-}
-
 /// Sizes, frames and opacity of the paper's fit, with lobes and tables that are not searched.
 std::array<ChannelFit, 3> dark_texel(const TexelSamples& samples, const FitOptions& options) {
   ChannelFit fit;
@@ -250,7 +244,7 @@ std::vector<V3f> LayerFitter::shown(std::size_t k, const BasisFit& basis, const 
       const float* rgb = &psi[3 * lights.cell[tap]];
       colour += lights.weight[tap] * V3f(rgb[0], rgb[1], rgb[2]);
     }
-    values.push_back(pair.light.z * interpolated(views, basis.view_functions[functions.x].data()) * colour);
+    values.push_back(pair.light.z * views.interpolated(basis.view_functions[functions.x].data()) * colour);
   }
   std::vector<V3f> result;
   // Several texels at a time, because each sum waits for its last term.
@@ -266,7 +260,7 @@ std::vector<V3f> LayerFitter::shown(std::size_t k, const BasisFit& basis, const 
     for (std::size_t i = 0; i < lanes && first + i < basis.texel_count(); ++i) {
       const V3f radiance(std::max(sum[0][i], 0.0F), std::max(sum[1][i], 0.0F), std::max(sum[2][i], 0.0F));
       const float* opacity = &levels_[k].dark.opacity()[(first + i) * fabric_.views.count()];
-      result.push_back(radiance * interpolated(views, opacity));
+      result.push_back(radiance * views.interpolated(opacity));
     }
   }
   return result;

@@ -44,6 +44,13 @@ std::vector<V3f> cell_directions(const DirectionGrid& grid);
 struct DirectionTaps {
   std::array<int, 4> cell;
   std::array<float, 4> weight;
+  /// The weighted sum of values by cell.
+  template <class T>
+  T interpolated(const T* values) const {
+    T sum(0);
+    for (std::size_t tap = 0; tap < 4; ++tap) sum += weight[tap] * values[cell[tap]];
+    return sum;
+  }
 };
 DirectionTaps interpolate(const DirectionGrid& grid, const V3f& direction);
 /// At a place of the unit square.

@@ -37,12 +37,6 @@ V3f lobe_radiance(const FabricLevel& level, int texel, const V3f& light, const V
   return clamp_to_finite(radiance);
 }
 
-V3f interpolated(const V3f* values, const DirectionTaps& taps) {
-  V3f sum(0, 0, 0);
-  for (std::size_t tap = 0; tap < 4; ++tap) sum += taps.weight[tap] * values[taps.cell[tap]];
-  return sum;
-}
-
 /// The view's part of product m: its coefficient times phi_a.
 float view_factor(const FabricLevel& level, const FabricInfo& info, std::size_t texel,
                   const DirectionTaps& views, std::size_t m) {
@@ -73,7 +67,7 @@ V3f table_radiance(const FabricLevel& level, const FabricInfo& info, std::size_t
   if (light_table.empty() && !products) return view_table;
   V3f sum = level.has(LayerKind::table) || !light_table.empty() ? view_table : V3f(0, 0, 0);
   if (!light_table.empty())
-    sum *= interpolated(&light_table[index_of(static_cast<int>(texel), 0, info.lights.count())], lights);
+    sum *= lights.interpolated(&light_table[index_of(static_cast<int>(texel), 0, info.lights.count())]);
   if (products) sum += product_sum(level, info, texel, views, lights);
   return bracket(sum);
 }
@@ -81,15 +75,11 @@ V3f table_radiance(const FabricLevel& level, const FabricInfo& info, std::size_t
 }  // namespace
 
 float phi(const ProductBases& bases, const FabricInfo& info, int a, const DirectionTaps& views) {
-  if (a == 0) return 1;
-  const float* values = &bases.view[index_of(a - 1, 0, info.views.count())];
-  float sum = 0;
-  for (std::size_t tap = 0; tap < 4; ++tap) sum += views.weight[tap] * values[views.cell[tap]];
-  return sum;
+  return a == 0 ? 1 : views.interpolated(&bases.view[index_of(a - 1, 0, info.views.count())]);
 }
 
 V3f psi(const ProductBases& bases, const FabricInfo& info, int b, const DirectionTaps& lights) {
-  return interpolated(&bases.light[index_of(b, 0, info.lights.count())], lights);
+  return lights.interpolated(&bases.light[index_of(b, 0, info.lights.count())]);
 }
 
 ViewFactors view_factors(const FabricLevel& level, const DirectionTaps& views, int texel) {
