@@ -284,7 +284,7 @@ void make_edited(MakeCommand command) {
   const std::optional<Fabric> last = last_fabric(command);
   if (!last) throw Failure{{Code::option_out_of_range, command.recolour_path, {}, "has not all yarn"}};
   BakeOptions& of_bake = command.options.bake;
-  of_bake.last = last->levels.front().yarns();
+  of_bake.similar_yarn = last->levels.front().yarns();
   of_bake.held_out_pairs = of_bake.validation_pairs /= 3;
   command.recolour_path.clear();
   command.cell.kinds = {};

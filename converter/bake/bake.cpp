@@ -52,8 +52,9 @@ YarnData lit_yarns(const YarnCell& cell, const BakeOptions& o, const SamplesHead
     lines.direction_count = 32;
     lines.spacing_radii = 1;
   }
-  const bool is_kept = o.last != nullptr &&
-                       relight_near_changes(yarns, header.period_mm, cell.wall_transmission, *o.last, lines);
+  const bool is_kept =
+      o.similar_yarn != nullptr &&
+      relight_near_changes(yarns, header.period_mm, cell.wall_transmission, *o.similar_yarn, lines);
   if (!is_kept && !compute_light_in_bands(yarns, header.period_mm, cell.wall_transmission, lines))
     report.remarks.emplace_back("yarn that absorbs next to nothing: some of its light may be missing");
   auto stored = value_or_throw(yarns_from_values(curve_values(yarns), indirect_values(yarns), header.yarns,

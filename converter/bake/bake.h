@@ -40,7 +40,7 @@ struct BakeOptions {
   IndirectLight indirect = IndirectLight::paths;
   bool has_coarse_light = false;  ///< of yarn without a mesh: by an eighth of the lines
   /// Yarn that this differs from in places, with its light: what is far from these keeps it (kept_light.h).
-  std::shared_ptr<const Yarns> last{};
+  std::shared_ptr<const Yarns> similar_yarn{};
   /// Views and lights of both sides of the cloth; the samples are four times as many.
   bool both_sides = false;
   int validation_pairs = 96;

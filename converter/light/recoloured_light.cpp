@@ -60,9 +60,9 @@ YarnData whole_yarns(const YarnData& data) {
 }
 
 /// Light of the sky that stations send to each other.
-class WholeYarnLight {
+class SkyExchange {
  public:
-  WholeYarnLight(const Yarns& yarns, std::vector<Scattering> scattering)
+  SkyExchange(const Yarns& yarns, std::vector<Scattering> scattering)
       : patches_(yarns, 1, 2), scattering_(std::move(scattering)) {
     const auto& curves = yarns.data().curves;
     for (std::size_t c = 0; c < curves.size(); ++c) curve_.resize(curve_.size() + curves[c].stations, c);
@@ -168,10 +168,10 @@ void recolour_light(YarnData& data, const Yarns& last, std::span<const V3f> thro
     scattering[c].set(0, curve, last.data().curves[c].albedo, passing);
     scattering[c].set(3, curve, curve.albedo, passing);
   }
-  const WholeYarnLight light(yarns, std::move(scattering));
+  const SkyExchange exchange(yarns, std::move(scattering));
   for (const bool below : {false, true})
     if (std::vector<float>& of_side = below ? data.light_through : data.station_light; !of_side.empty())
-      scale_light(light.sent_of_sky(below), of_side);
+      scale_light(exchange.sent_of_sky(below), of_side);
   data.packing = {};
 }
 

@@ -189,7 +189,7 @@ void KnitCloth::slide() {
     std::vector<V3d> slid(points_.size(), V3d(0));
     for (const Chain& chain : chains_)
       for (const Part& part : chain.parts) slid[next_[part.end - 1]].x = part.slid;
-    take_means(kind_of_, images_, slid);
+    average_by_kind(kind_of_, images_, slid);
     for (Chain& chain : chains_)
       for (Part& part : chain.parts) part.slid = slid[next_[part.end - 1]].x;
   }
@@ -267,7 +267,7 @@ double KnitCloth::energy(Vector& gradient) {
   gradient.period = V3d(stress.x, stress.y, leans_ ? stress.z : 0);
   for (std::uint32_t i = 0; i < active_.size(); ++i)
     if (is_still(i)) gradient.points[i] = V3d(0);
-  if (has_kinds_) take_means(kind_of_, images_, gradient.points);
+  if (has_kinds_) average_by_kind(kind_of_, images_, gradient.points);
   return energy;
 }
 
@@ -333,7 +333,7 @@ void KnitCloth::fit_sections() {
         for (int j = 0; j < 3; ++j) strains_[piece][i][j] -= strain * n[i] * n[j];
     }
   });
-  if (has_kinds_) take_means(kind_of_, images_, strains_);
+  if (has_kinds_) average_by_kind(kind_of_, images_, strains_);
   for (const Chain& chain : chains_) {
     if (!chain.soft || swollen_ == 0) continue;
     std::vector<Imath::M33d> still;

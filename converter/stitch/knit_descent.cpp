@@ -241,7 +241,7 @@ KnitCloth::Vector KnitCloth::descent() const {
   }
   for (V3d& p : v.points) p = -p;
   v.period = -v.period;
-  if (!images_.empty()) take_means(kind_of_, images_, v.points);
+  if (!images_.empty()) average_by_kind(kind_of_, images_, v.points);
   return v;
 }
 

@@ -108,8 +108,8 @@ void smooth(RelaxChain& chain, double time, double bending) {
 }
 
 template <class Value>
-void take_means(std::span<const std::uint32_t> kind_of, std::span<const std::uint32_t> images,
-                std::vector<Value>& values) {
+void average_by_kind(std::span<const std::uint32_t> kind_of, std::span<const std::uint32_t> images,
+                     std::vector<Value>& values) {
   std::vector<Value> sums(images.size(), Value(0.0));
   std::vector<int> counts(images.size(), 0);
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -129,8 +129,9 @@ void take_means(std::span<const std::uint32_t> kind_of, std::span<const std::uin
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = means[kind_of[i]];
 }
 
-template void take_means(std::span<const std::uint32_t>, std::span<const std::uint32_t>, std::vector<V3d>&);
-template void take_means(std::span<const std::uint32_t>, std::span<const std::uint32_t>,
-                         std::vector<Imath::M33d>&);
+template void average_by_kind(std::span<const std::uint32_t>, std::span<const std::uint32_t>,
+                              std::vector<V3d>&);
+template void average_by_kind(std::span<const std::uint32_t>, std::span<const std::uint32_t>,
+                              std::vector<Imath::M33d>&);
 
 }  // namespace selvedge

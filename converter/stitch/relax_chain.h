@@ -77,7 +77,7 @@ void smooth(RelaxChain& chain, double time, double bending);
 inline constexpr std::uint32_t no_image = ~std::uint32_t{0};
 /// Gives the values of each kind their mean; vectors also with the ones of its mirror image, where x is -x.
 template <class Value>
-void take_means(std::span<const std::uint32_t> kind_of, std::span<const std::uint32_t> images,
-                std::vector<Value>& values);
+void average_by_kind(std::span<const std::uint32_t> kind_of, std::span<const std::uint32_t> images,
+                     std::vector<Value>& values);
 
 }  // namespace selvedge

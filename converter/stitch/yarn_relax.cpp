@@ -269,11 +269,11 @@ class Relaxation {
   }
 
   template <class Value>
-  void take_means_of(std::vector<Value> RelaxChain::*values) {
+  void average_chains_by_kind(std::vector<Value> RelaxChain::*values) {
     std::vector<Value> all;
     for (const RelaxChain& chain : chains_)
       all.insert(all.end(), (chain.*values).begin(), (chain.*values).end());
-    take_means(kind_of_, images_, all);
+    average_by_kind(kind_of_, images_, all);
     auto mean = all.begin();
     for (RelaxChain& chain : chains_)
       for (Value& value : chain.*values) value = *mean++;
@@ -294,7 +294,7 @@ class Relaxation {
   void lay_pieces() {
     if (!kind_of_.empty()) {
       add_straight(-1);
-      take_means_of(&RelaxChain::points);
+      average_chains_by_kind(&RelaxChain::points);
       add_straight(1);
     }
     const std::size_t total = chains_.back().first_index + chains_.back().points.size();
@@ -401,7 +401,7 @@ class Relaxation {
           for (int j = 0; j < 3; ++j) strain[i][j] -= fraction * d[i] * d[j];
       }
     }
-    if (!kind_of_.empty()) take_means_of(&RelaxChain::strains);
+    if (!kind_of_.empty()) average_chains_by_kind(&RelaxChain::strains);
     for (RelaxChain& chain : chains_) {
       if (!chain.is_soft) continue;
       diffuse_strains(chain.strains, soft_spread, recovery);

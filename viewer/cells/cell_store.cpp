@@ -30,7 +30,7 @@ constexpr double max_missing = 2.5e5;
 constexpr double cost_of_image = 1500;  ///< besides the cost of its samples
 /// Coarse shading saves little of smaller images.
 constexpr int many_samples = 96 * 96;
-constexpr float samples_of_large_cell = 1.5F;  ///< samples_of_large_ at rest, of few rays
+constexpr float large_cell_factor_at_rest = 1.5F;  ///< large_cell_sample_factor_ at rest, of few rays
 
 /// CellLights::brightness(): yarn stands out of the cloth.
 constexpr float transmitted_by_yarn = 0.15F;
@@ -221,7 +221,7 @@ void CellStore::begin(const CellFrame& frame) {
   levels_ = frame.options.levels;
   is_economical_ = frame.is_economical;
   options_.scale_to_frame_pixels(frame.supersample, levels_.footprint_pixels);
-  samples_of_large_ = options_.is_moving || frame.supersample > 2 ? 1 : samples_of_large_cell;
+  large_cell_sample_factor_ = options_.is_moving || frame.supersample > 2 ? 1 : large_cell_factor_at_rest;
   lights_ = frame.lights;
   lights_.origin = origin_;
   frame_ = call_ + 1;
@@ -248,7 +248,8 @@ void CellStore::set_size(Wanted& wanted, float samples, float larger) const {
   const V2f finest = wanted.pixel_width_texels * std::min(levels_.footprint_pixels, 1.0F);
   CellLevels& levels = wanted.view.levels = shown_levels(*wanted.fabric, finest, levels_.forced_level);
   if (levels.yarn_weight > 0) {
-    if (wanted.source.yarn->has_large_cell() && !wanted.seen_through_holes) samples *= samples_of_large_;
+    if (wanted.source.yarn->has_large_cell() && !wanted.seen_through_holes)
+      samples *= large_cell_sample_factor_;
     wanted.view.size =
         cell_size(shown * larger, samples, wanted.shows_map ? options_.max_tile_samples : max_cell_samples);
   } else {

@@ -60,7 +60,7 @@ struct CellFrame {
 /// A call of CellStore::make().
 struct CellRequest {
   std::span<const PatchNeed> needs;
-  bool seen_through_holes = false;  ///< only holes of other surfaces show them
+  bool seen_through_holes = false;  ///< only holes of other surfaces show the patches
   int coarsening = 0;               ///< levels by which parents are needed in place of patches
   double budget_bytes = 0;          ///< of images; 0: CellImageOptions::memory_bytes
   double frame_need_bytes = 0;      ///< CellStore::bytes_of() the frame's needs, if these are some of them
@@ -206,12 +206,12 @@ class CellStore {
   LevelOptions levels_;
   const DrawOptions* interrupts_ = nullptr;  ///< DrawOptions::is_interrupted()
   CellLights lights_;
-  float samples_of_large_ = 1;      ///< factor on samples of large cells along a pixel's side
-  bool is_economical_ = false;      ///< CellFrame::is_economical
-  std::vector<std::uint8_t> late_;  ///< by patch and side
-  std::uint64_t call_ = 0;          ///< of make()
-  std::uint64_t frame_ = 0;         ///< first call of the frame
-  std::uint64_t made_ = 0;          ///< images
+  float large_cell_sample_factor_ = 1;  ///< factor on samples of large cells along a pixel's side
+  bool is_economical_ = false;          ///< CellFrame::is_economical
+  std::vector<std::uint8_t> late_;      ///< by patch and side
+  std::uint64_t call_ = 0;              ///< of make()
+  std::uint64_t frame_ = 0;             ///< first call of the frame
+  std::uint64_t made_ = 0;              ///< images
 };
 
 }  // namespace selvedge
