@@ -29,7 +29,7 @@ YarnData curves_of(const StitchPattern& pattern) {
 std::vector<float> heights_seen(const Yarns& yarns) {
   const CellYarn cell(yarns, 0, {});
   DepthGrid seen;
-  seen.resize(rays, rays, false);
+  seen.resize({.repeat_samples = {rays, rays}}, false);
   splat(cell, cell.pieces(0), {}, seen);
   std::vector<float> heights;
   for (int y = 0; y < rays; ++y) {

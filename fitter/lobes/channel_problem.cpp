@@ -288,8 +288,7 @@ void ChannelProblem::evaluate(ChannelState& state, int turns) {
   double penalty_of_sizes = 0;
   for (std::size_t j = 1; j < state.sizes.size(); ++j)
     penalty_of_sizes += ridge_ * state.sizes[j] * state.sizes[j];
-  state.cost = state.error;
-  state.cost += penalty_of_sizes;
+  state.cost = state.error + penalty_of_sizes;
   if (options_.view_table) state.cost += system_.penalty(state.table.data());
 }
 

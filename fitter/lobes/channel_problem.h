@@ -98,8 +98,6 @@ class ChannelProblem {
   LobeBounds bounds() const { return {peak_}; }
   /// sum over views and lights of w r^2
   double weighted_squared_radiance() const { return energy_; }
-  /// Upper bound of a lobe.
-  double max_peak() const { return peak_; }
 
   /// Solves for the sizes and the table of a state alternately, `turns` times, and computes its error and
   /// cost. With `turns` = 0 sizes and table are kept.

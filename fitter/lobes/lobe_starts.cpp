@@ -12,27 +12,22 @@ namespace {
 /// Number of exponents: 1, 4, 16, so that each power is two squarings of the one before.
 constexpr std::size_t exponents = 3;
 
-struct Direction {
-  int x, y, z;
-};
-
 /// Each component is -1, 0 or 1; -z alone is left out, as no light reaches it.
-const std::vector<Direction>& dictionary() {
-  static const std::vector<Direction> entries = [] {
-    std::vector<Direction> list;
+const std::vector<V3d>& dictionary() {
+  static const std::vector<V3d> entries = [] {
+    std::vector<V3d> list;
     for (int x = -1; x <= 1; ++x)
       for (int y = -1; y <= 1; ++y)
         for (int z = -1; z <= 1; ++z)
-          if (x != 0 || y != 0 || z > 0) list.push_back({x, y, z});
+          if (x != 0 || y != 0 || z > 0) list.emplace_back(x, y, z);
     return list;
   }();
   return entries;
 }
 
 LobeShape shape_of(std::size_t entry) {
-  const Direction& d = dictionary()[(entry - 1) / exponents];
-  return {{static_cast<double>(d.x), static_cast<double>(d.y), static_cast<double>(d.z)},
-          std::pow(4.0, static_cast<double>((entry - 1) % exponents))};
+  const V3d& d = dictionary()[(entry - 1) / exponents];
+  return {{d.x, d.y, d.z}, std::pow(4.0, static_cast<double>((entry - 1) % exponents))};
 }
 
 /// Sixteen partial sums, then their sum: the same bits for any width of vectors.
@@ -109,11 +104,9 @@ void StartSearch::set_samples(const TexelSamples& samples) {
       for (std::size_t v = 0; v < views; ++v) radiance_[c][i * views + v] = root[v] * r[v];
     }
     for (std::size_t d = 0; d < dictionary().size(); ++d) {
-      const Direction& e = dictionary()[d];
-      const V3f direction =
-          light * V3f(static_cast<float>(e.x), static_cast<float>(e.y), static_cast<float>(e.z));
       fill_powers(samples.view_xyz[0].data(), samples.view_xyz[1].data(), samples.view_xyz[2].data(),
-                  direction, weight.data(), views, size_, &columns_[(1 + d * exponents) * size_ + i * views]);
+                  light * V3f(dictionary()[d]), weight.data(), views, size_,
+                  &columns_[(1 + d * exponents) * size_ + i * views]);
     }
   }
 }
@@ -173,11 +166,10 @@ std::vector<ChannelState> StartSearch::starts(int channel, int lobes, std::size_
     }
     std::sort(next.begin(), next.end());
     // Every set occurs once for each order of its entries.
-    next.erase(std::unique(next.begin(), next.end(),
-                           [](const Candidate& a, const Candidate& b) {
-                             return same_directions(a, b) && a.value == b.value;
-                           }),
-               next.end());
+    const auto again = std::ranges::unique(next, [](const Candidate& a, const Candidate& b) {
+      return same_directions(a, b) && a.value == b.value;
+    });
+    next.erase(again.begin(), again.end());
     const bool last = lobe + 1 == lobes;
     std::vector<Candidate> kept;
     for (Candidate& candidate : next) {

@@ -30,9 +30,6 @@ struct DepthGrid {
   std::vector<float> z;             ///< mm, where the ray meets yarn; no_depth where it meets none
   std::vector<std::int32_t> piece;  ///< undefined where it meets none; empty if unwanted
   void resize(const CellSize& image, bool with_pieces);
-  void resize(int columns, int rows, bool with_pieces) {
-    resize({.repeat_samples = {columns, rows}}, with_pieces);
-  }
 };
 
 struct SplatView {

@@ -45,7 +45,7 @@ struct Range {
 
 /// Whether chunks share bytes: a small file could refer to the same pixels a million times.
 bool overlap(std::vector<Range>& ranges) {
-  std::ranges::sort(ranges, [](const Range& a, const Range& b) { return a.begin < b.begin; });
+  std::ranges::sort(ranges, {}, &Range::begin);
   return std::adjacent_find(ranges.begin(), ranges.end(),
                             [](const Range& a, const Range& b) { return a.end > b.begin; }) != ranges.end();
 }

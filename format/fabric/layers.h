@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <initializer_list>
 #include <limits>
 #include <optional>
@@ -48,22 +49,16 @@ class LayerSet {
   }
   static constexpr LayerSet all() {
     LayerSet set;
-    set.in_.fill(true);
+    for (const LayerKind kind : all_layers) set.insert(kind);
     return set;
   }
-  constexpr bool contains(LayerKind kind) const { return in_[index_of(kind)]; }
-  constexpr bool empty() const { return *this == LayerSet(); }
-  constexpr void insert(LayerKind kind) { in_[index_of(kind)] = true; }
-  constexpr void insert(const LayerSet& others) {
-    for (const LayerKind kind : all_layers) in_[index_of(kind)] = contains(kind) || others.contains(kind);
-  }
-  constexpr void erase(const LayerSet& others) {
-    for (const LayerKind kind : all_layers) in_[index_of(kind)] = contains(kind) && !others.contains(kind);
-  }
+  constexpr bool contains(LayerKind kind) const { return (bits_ >> index_of(kind) & 1U) != 0; }
+  constexpr void insert(LayerKind kind) { bits_ |= 1U << index_of(kind); }
+  constexpr void erase(const LayerSet& others) { bits_ &= ~others.bits_; }
   constexpr bool operator==(const LayerSet&) const = default;
 
  private:
-  std::array<bool, all_layers.size()> in_{};
+  std::uint32_t bits_ = 0;  ///< by kind
 };
 
 /// Layers for which 16 bits suffice.

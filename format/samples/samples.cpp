@@ -275,6 +275,43 @@ Result<Samples> read(ExrReader reader, std::uint64_t memory) {
   return samples;
 }
 
+/// `done(v)`: view v is no longer needed.
+template <class Done>
+SideSamples side_samples(const Samples& samples, Side side, const Done& done) {
+  const SamplesHeader& h = samples.header;
+  SideSamples result{h, {}, {}};
+  result.header.side = side;
+  for (const PairKind kind : all_pair_kinds) {
+    result.pairs[index_of(kind)] = side_pairs(samples.pairs[index_of(kind)], side);
+    result.header.pairs[index_of(kind)] = result.pairs[index_of(kind)].pairs;
+  }
+  SampleLevel& level = result.level;
+  level.width = h.width;
+  level.height = h.height;
+  level.views = h.views.count();
+  level.lights = h.lights.count();
+  const std::size_t texels = h.texels();
+  const std::size_t views = level.views;
+  const std::size_t lights = level.lights;
+  const bool behind = is_view_behind(side);
+  // Lights on the side of the view come first for views in front, and last for those behind.
+  const std::size_t first_light = behind != is_transmission(side) ? lights : 0;
+  level.alpha.resize(texels * views);
+  level.normal_sum.assign(texels, V3f(0, 0, 0));
+  level.radiance.resize(texels * views * lights);
+  for (std::size_t v = 0; v < views; ++v) {
+    const ViewSamples& view = samples.views[v + (behind ? views : 0)];
+    for (std::size_t t = 0; t < texels; ++t) {
+      level.alpha[t * views + v] = view.alpha[t];
+      level.normal_sum[t] += view.normal[t];
+      V3f* out = &level.radiance[(t * views + v) * lights];
+      for (std::size_t l = 0; l < lights; ++l) out[l] = view.radiance[(first_light + l) * texels + t];
+    }
+    done(v + (behind ? views : 0));
+  }
+  return result;
+}
+
 }  // namespace
 
 std::vector<V3f> cell_directions(const DirectionGrid& grid, bool both_sides) {
@@ -329,47 +366,6 @@ PairSamples side_pairs(const PairSamples& all, Side side) {
   }
   return result;
 }
-
-namespace {
-
-/// `done(v)`: view v is no longer needed.
-template <class Done>
-SideSamples side_samples(const Samples& samples, Side side, const Done& done) {
-  const SamplesHeader& h = samples.header;
-  SideSamples result{h, {}, {}};
-  result.header.side = side;
-  for (const PairKind kind : all_pair_kinds) {
-    result.pairs[index_of(kind)] = side_pairs(samples.pairs[index_of(kind)], side);
-    result.header.pairs[index_of(kind)] = result.pairs[index_of(kind)].pairs;
-  }
-  SampleLevel& level = result.level;
-  level.width = h.width;
-  level.height = h.height;
-  level.views = h.views.count();
-  level.lights = h.lights.count();
-  const std::size_t texels = h.texels();
-  const std::size_t views = level.views;
-  const std::size_t lights = level.lights;
-  const bool behind = is_view_behind(side);
-  // Lights on the side of the view come first for views in front, and last for those behind.
-  const std::size_t first_light = behind != is_transmission(side) ? lights : 0;
-  level.alpha.resize(texels * views);
-  level.normal_sum.assign(texels, V3f(0, 0, 0));
-  level.radiance.resize(texels * views * lights);
-  for (std::size_t v = 0; v < views; ++v) {
-    const ViewSamples& view = samples.views[v + (behind ? views : 0)];
-    for (std::size_t t = 0; t < texels; ++t) {
-      level.alpha[t * views + v] = view.alpha[t];
-      level.normal_sum[t] += view.normal[t];
-      V3f* out = &level.radiance[(t * views + v) * lights];
-      for (std::size_t l = 0; l < lights; ++l) out[l] = view.radiance[(first_light + l) * texels + t];
-    }
-    done(v + (behind ? views : 0));
-  }
-  return result;
-}
-
-}  // namespace
 
 SideSamples side_samples(const Samples& samples, Side side) {
   return side_samples(samples, side, [](std::size_t) {});

@@ -220,17 +220,17 @@ TEST_CASE("no lobe exceeds its limit on random samples, under one light and unde
         const std::vector<double>& p = fits[c].parameters;
         for (std::size_t i = 1; i + 3 < p.size(); i += 4) {
           const double largest = std::max({std::abs(p[i]), std::abs(p[i + 1]), std::abs(p[i + 2])});
-          CHECK(std::pow(largest, p[i + 3]) / samples.scale[c] <= problem.max_peak() * (1 + 1e-6));
+          CHECK(std::pow(largest, p[i + 3]) / samples.scale[c] <= problem.bounds().max_size * (1 + 1e-6));
           if (largest > 0)
             far.shapes.push_back({{p[i] / largest, p[i + 1] / largest, p[i + 2] / largest}, p[i + 3]});
         }
         // A start from beyond the bounds is brought within, with a table as well.
         FitOptions with_table;
         ChannelProblem bounded(samples, c, with_table);
-        far.sizes.assign(far.shapes.size() + 1, 50 * bounded.max_peak());
+        far.sizes.assign(far.shapes.size() + 1, 50 * bounded.bounds().max_size);
         far.table.assign(samples.view_count, 1);
         bounded.evaluate(far, 3);
-        for (std::size_t j = 1; j < far.sizes.size(); ++j) CHECK(far.sizes[j] <= bounded.max_peak());
+        for (std::size_t j = 1; j < far.sizes.size(); ++j) CHECK(far.sizes[j] <= bounded.bounds().max_size);
       }
     }
   }

@@ -330,13 +330,11 @@ void CellPass::set_planes(std::size_t i) {
 CellPass::Surface CellPass::surface_at(std::uint32_t triangle, float x, float y) const {
   const auto& corners = scene_.mesh.triangles[triangle].corners;
   std::array<V2f, 3> p;
-  std::array<float, 3> w;
   for (std::size_t k = 0; k < 3; ++k) {
     const Group& g = projected_->screen[corners[k]];
     p[k] = {g[0] - x * g[2], g[1] - y * g[2]};
   }
-  const auto cross = [](const V2f& a, const V2f& b) { return a.x * b.y - a.y * b.x; };
-  w = {cross(p[1], p[2]), cross(p[2], p[0]), cross(p[0], p[1])};
+  const std::array w{p[1].cross(p[2]), p[2].cross(p[0]), p[0].cross(p[1])};
   const float sum = w[0] + w[1] + w[2];
   Surface surface{V3f(0, 0, 0), V3f(0, 0, 0)};
   for (std::size_t k = 0; k < 3; ++k) {

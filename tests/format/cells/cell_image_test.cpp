@@ -136,7 +136,7 @@ TEST_CASE("the splatter sees what rays see, from everywhere, hairs and flat sect
     for (int round = 0; round < 12; ++round) {
       const V3f view = test::random_direction(random, round < 2 ? 0.06 : 0.3);
       DepthGrid grid;
-      grid.resize(90, 50, true);
+      grid.resize({.repeat_samples = {90, 50}}, true);
       splat(cell, cell.pieces(0), {ray_slope(view), 0, true}, grid);
       for (int row = 0; row < grid.height; ++row) {
         for (int column = 0; column < grid.width; ++column) {
