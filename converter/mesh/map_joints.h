@@ -2,7 +2,6 @@
 // apart in the yarn's own repeat, the one ends as the other begins.
 #pragma once
 
-#include <cstdint>
 #include <span>
 
 #include "converter/mesh/cell_mesh.h"
