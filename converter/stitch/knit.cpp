@@ -426,6 +426,7 @@ DrawnKnit draw_knit(const KnitChart& chart, const std::string& name) {
       const double level =
           float_pitch * (static_cast<double>(k) - 0.5 * static_cast<double>(yarns.size() - 1));
       yarn.segments = drawing.chain(course, yarns[k], level, drawn.parts.emplace_back());
+      for (KnitPart& part : drawn.parts.back()) part.begins_row = k == 0;
       if (yarn.name.empty()) yarn.name = fmt::format("course {}", course + 1);
       if (yarns.size() > 1) yarn.name += fmt::format(", yarn {}", yarns[k] + 1);
       pattern.yarns.push_back(std::move(yarn));

@@ -54,6 +54,8 @@ KnitCloth::KnitCloth(const DrawnKnit& knit, double gap_radii, const std::vector<
     unit_ = std::max(unit_, yarn.radius_mm);
     const V2i turns = chain_periods(yarn, period_);
     chain.turns = {1.0 * turns.x, 1.0 * turns.y};
+    if (!chains_.empty()) chain.row = chains_.back().row;
+    if (knit.parts[y].front().begins_row) ++chain.row;
     std::size_t segment = 0;
     for (const KnitPart& part : knit.parts[y]) {
       constexpr int fine = 8;

@@ -87,6 +87,7 @@ class KnitCloth {
     double radius = 0;
     bool soft = false;
     double flattening = 1;
+    int row = -1;  ///< from below
     std::vector<Part> parts;
   };
   /// From a point to the next.
@@ -160,7 +161,7 @@ class KnitCloth {
 
   // knit_kinds.cpp: what rests alike.
   struct PartShape;
-  std::vector<std::vector<std::array<int, 2>>> part_shapes(const std::vector<int>& rows_of) const;
+  std::vector<std::vector<std::array<int, 2>>> part_shapes() const;
   void find_mirror();
 
   // knit_cloth.cpp: what rests.

@@ -43,7 +43,7 @@ struct KnitCloth::PartShape {
 };
 
 /// Numbers of the shapes of all parts, [chain][part], and of their images.
-std::vector<std::vector<std::array<int, 2>>> KnitCloth::part_shapes(const std::vector<int>& rows_of) const {
+std::vector<std::vector<std::array<int, 2>>> KnitCloth::part_shapes() const {
   std::vector<PartShape> shapes;
   const auto number_of = [&](const PartShape& shape, bool mirrored) {
     const auto is_alike = [&](const PartShape& other) { return shape.is_drawn_as(other, points_, mirrored); };
@@ -53,7 +53,7 @@ std::vector<std::vector<std::array<int, 2>>> KnitCloth::part_shapes(const std::v
   for (const int image : {0, 1})
     for (std::size_t c = 0; c < chains_.size(); ++c) {
       const auto columns = static_cast<int>(chains_[c].parts.size());
-      const double y = rows_of[c] * period_.y / (rows_of.back() + 1);
+      const double y = chains_[c].row * period_.y / (chains_.back().row + 1);
       numbers[c].resize(columns);
       for (int k = 0; k < columns; ++k) {
         const PartShape shape{chains_[c], chains_[c].parts[k], {(k + 0.5) * period_.x / columns, y, 0}};
@@ -67,16 +67,8 @@ std::vector<std::vector<std::array<int, 2>>> KnitCloth::part_shapes(const std::v
 void KnitCloth::find_kinds() {
   if (has_kinds_) return;
   const auto columns = static_cast<int>(chains_.front().parts.size());
-  std::vector<int> rows_of;  // of chains: each row has as many loops as columns
-  std::ptrdiff_t loops = 0;
-  for (const Chain& chain : chains_) {
-    if (static_cast<int>(chain.parts.size()) != columns) return;
-    rows_of.push_back(static_cast<int>(loops / columns));
-    loops += std::ranges::count(chain.parts, true, &Part::is_loop);
-  }
-  const int rows = rows_of.back() + 1;
-  if (loops != std::ptrdiff_t{1} * rows * columns) return;
-  const auto shapes = part_shapes(rows_of);
+  const int rows = chains_.back().row + 1;
+  const auto shapes = part_shapes();
   // Numbers of what is around each stitch, and of that in the mirror: [row * columns + column].
   std::array<std::vector<int>, 2> around;
   std::map<std::vector<int>, int> surroundings;
@@ -86,7 +78,7 @@ void KnitCloth::find_kinds() {
     for (int y = -reach; y <= reach; ++y)
       for (int x = -reach; x <= reach; ++x, key.push_back(-1))
         for (std::size_t c = 0; c < chains_.size(); ++c)
-          if (rows_of[c] == in_repeat(i / 2 / columns + y, rows))
+          if (chains_[c].row == in_repeat(i / 2 / columns + y, rows))
             key.push_back(shapes[c][in_repeat(i / 2 % columns + (image == 1 ? -x : x), columns)][image]);
     around[image].push_back(
         surroundings.try_emplace(std::move(key), static_cast<int>(surroundings.size())).first->second);
@@ -95,7 +87,9 @@ void KnitCloth::find_kinds() {
   const auto for_each_point = [&](int image, const auto& visit) {
     for (std::size_t c = 0; c < chains_.size(); ++c)
       for (int k = 0; k < columns; ++k) {
-        const auto kind = [&](int x) { return around[image][rows_of[c] * columns + in_repeat(x, columns)]; };
+        const auto kind = [&](int x) {
+          return around[image][chains_[c].row * columns + in_repeat(x, columns)];
+        };
         const Part& part = chains_[c].parts[k];
         // A foot is of the stitches on both of its sides.
         visit(part.begin, std::array{shapes[c][in_repeat(k - image, columns)][image], 0, kind(k - 1 + image),
@@ -120,7 +114,7 @@ void KnitCloth::find_kinds() {
 /// Finds the mirror of the drawing, in which column k is column axis - k. What is symmetric stays so:
 /// pressed, all loops would turn to one side, one leg in front of the other.
 void KnitCloth::find_mirror() {
-  const auto shapes = part_shapes(std::vector<int>(chains_.size(), 0));
+  const auto shapes = part_shapes();
   const auto columns = static_cast<int>(chains_.front().parts.size());
   for (int axis = 0; axis < columns; ++axis) {
     const auto across = [&](int k) { return in_repeat(axis - k, columns); };

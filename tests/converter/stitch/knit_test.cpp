@@ -438,7 +438,9 @@ TEST_CASE("equal stitches of a large knit rest equal, and all of plain knit as o
     std::size_t times;  ///< beside each other
   };
   const std::vector<Cloth> cloths{
-      {"1: k", 144}, {"yarn A:\nyarn B:\n4: k6 [A6]\n3: k6 [A2 B3 A]\n2: k6 [A B4 A]\n1: k6 [B A5]", 8}};
+      {"1: k", 144},
+      {"yarn A:\nyarn B:\n4: k6 [A6]\n3: k6 [A2 B3 A]\n2: k6 [A B4 A]\n1: k6 [B A5]", 8},
+      {"4: k4\n3: k sl k2\n2: k sl k2\n1: k4", 9}};
   for (const Cloth& cloth : cloths) {
     CAPTURE(cloth.repeat);
     const KnitChart one = test::need(read_chart(cloth.repeat, "")).knit;
