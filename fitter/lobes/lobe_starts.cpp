@@ -166,10 +166,10 @@ std::vector<ChannelState> StartSearch::starts(int channel, int lobes, std::size_
     }
     std::sort(next.begin(), next.end());
     // Every set occurs once for each order of its entries.
-    const auto again = std::ranges::unique(next, [](const Candidate& a, const Candidate& b) {
+    const auto is_again = [](const Candidate& a, const Candidate& b) {
       return same_directions(a, b) && a.value == b.value;
-    });
-    next.erase(again.begin(), again.end());
+    };
+    next.erase(std::unique(next.begin(), next.end(), is_again), next.end());
     const bool last = lobe + 1 == lobes;
     std::vector<Candidate> kept;
     for (Candidate& candidate : next) {
