@@ -167,9 +167,7 @@ Shading evaluate(const Fabric& fabric, double level, const V2d& coordinates, con
                  const V3f& view) {
   const auto& yarns = fabric.levels.front().yarns();
   const LevelBlend levels = level_blend(level, static_cast<int>(fabric.levels.size()), yarns ? -1 : 0);
-  V2d uv = coordinates;
-  if (yarns)
-    uv = displaced_place(yarns->variation(), uv * yarns->tiles_per_repeat()) / yarns->tiles_per_repeat();
+  const V2d uv = yarns ? yarns->displaced_place(coordinates) : coordinates;
   const auto at = [&](int k) {
     if (k < 0) return yarns->shade(uv, fabric.reference_height, light, view, true);
     const FabricLevel& texels = fabric.levels[k];

@@ -238,7 +238,7 @@ LightSampler::LightSampler(const Fabric& fabric, double level, const V2d& uv, co
   if (!(view.z > 0)) return;
   const auto& yarns = fabric.levels.front().yarns();
   const bool has_yarn = yarns != nullptr;
-  if (has_yarn) uv_ = displaced_place(yarns->variation(), uv);
+  if (has_yarn) uv_ = yarns->displaced_place(uv);
   const LevelBlend levels = level_blend(level, static_cast<int>(fabric.levels.size()), has_yarn ? -1 : 0);
   const auto alpha = [&](int k) {
     return static_cast<double>(evaluate(fabric, k, uv, V3f(0, 0, 1), view).alpha);

@@ -386,6 +386,10 @@ V3f indirect_light(const LightTransfer& transfer, const V3f& light) {
   return sum;
 }
 
+V2d Yarns::displaced_place(const V2d& uv) const {
+  return selvedge::displaced_place(variation(), uv * tiles_per_repeat()) / tiles_per_repeat();
+}
+
 float Yarns::variation_factor(const V2d& uv, int curve) const {
   const RepeatPlace place = repeat_place(uv * tiles_per_repeat());
   if (curve < 0) return variation_at(variation(), place, variation().along_v_fraction);

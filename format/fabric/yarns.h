@@ -260,6 +260,8 @@ class Yarns {
   /// Directions are unit; where the view lies below the horizon, f is 0, and alpha the rim's. `varied`: f is
   /// multiplied by variation_factor().
   Shading shade(const V2d& uv, float plane, const V3f& light, const V3f& view, bool varied = false) const;
+  /// Where variation.h looks coordinates up: it moves the rows of a tile.
+  V2d displaced_place(const V2d& uv) const;
   /// Factor of the variation beyond the repeat, where a curve is seen; -1: all of them, from above.
   float variation_factor(const V2d& uv, int curve) const;
 
