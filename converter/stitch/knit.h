@@ -55,7 +55,7 @@ struct KnitPart {
   bool is_loop = true;
   double length_mm = 0;      ///< of yarn, by the table in spec/chart.md
   std::size_t segments = 0;  ///< of the drawing
-  bool begins_row = true;    ///< of the first yarn of its row
+  bool begins_row = true;    ///< whether its yarn is the first one of its row
   bool operator==(const KnitPart&) const = default;
 };
 
